@@ -15,14 +15,13 @@ import numpy as np
 from pywet import run_folder
 from pywet.calibration import question as asking
 from pywet.calibration.experiments import Experiment
+from pywet.calibration.inference import MISFIT
 from pywet.calibration.question import Question
 from pywet.calibration.search import Found, Runs, find
 from pywet.compare.statistics import half_width
 from pywet.errors import PywetError
 from pywet.util.files import make_folder, read_if_there, write_json
 
-MISFIT = 0.01
-"""Probability below which the polynomial is reported to misfit the runs."""
 ALIKE = 5
 """Number of points reported along a direction of zero slope."""
 

@@ -30,6 +30,8 @@ PLACES = 33
 """Number of values of a parameter at which its profile is evaluated."""
 STARTS = 8
 LEAST = 1e-9
+MISFIT = 0.01
+"""Probability below which runs are reported not to follow the polynomial."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from pywet.cases.screening.verdict import LEDGER_TOLERANCE
 from pywet.cases.small.bodies import coordination, last
@@ -23,13 +22,12 @@ from pywet.errors import PywetError
 from pywet.products import streams
 from pywet.products.apertures import of_deck
 from pywet.products.screening_report import RESULT
-from pywet.runs.rundir import RunDir
+from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.tables import ledger_error
 from pywet.scene import EngineScene
 from reference_impl.replay import whole
 from reference_impl.replay.io import ReplayError
 
-Floats = NDArray[np.float64]
 Ends = tuple[float | None, float | None] | None
 RESULTS = ("results/fraction_retained", "results/liquid_by_holder")
 CASE = "case"
@@ -158,7 +156,7 @@ def _screen(run: RunDir) -> Iterator[Quantity]:
     """Yield the results of the decks of a scene with outlets, each with its interval within the run."""
     if not run.scene.outlets:
         return
-    for deck in range(1, streams.decks(run) + 1):
+    for deck in range(1, streams.decks(run.scene) + 1):
         numbers = run.json(f"results/{of_deck(RESULT, deck)}.json", dict[str, Any])
         of = f"deck {deck}, " if deck > 1 else ""
         for name, unit, value, ends, scale in _of_screen(numbers) if numbers else ():

@@ -11,10 +11,11 @@ import numpy as np
 from scipy.stats import norm
 
 from pywet.compare import statistics
-from pywet.compare.quantities import CASE, RESULTS, Floats, Quantity, RunData, facts, read_run, unlike
+from pywet.compare.quantities import CASE, RESULTS, Quantity, RunData, facts, read_run, unlike
 from pywet.compare.statistics import LEVEL, ROUND_OFF, Sample
 from pywet.errors import PywetError
 from pywet.products.partition import NORMAL_95
+from pywet.runs.rundir import Floats
 from reference_impl.replay import whole
 
 WITHIN_ONE = "one run each: numbers of the screen by their 95 % intervals within one run, Holm over these numbers"

@@ -35,8 +35,8 @@ def of_deck(name: str, deck: int) -> str:
 
 def screen_of(run: RunDir, deck: int = 1) -> WallMesh | None:
     """Return the wall that is the screen of a deck, counted from the top: the first with a name in `SCREENS`."""
-    named = [w for w in run.scene.walls if w.name in [of_deck(s, deck) for s in SCREENS]]
-    return named[0] if named else None
+    names = [of_deck(name, deck) for name in SCREENS]
+    return next((wall for wall in run.scene.walls if wall.name in names), None)
 
 
 def extents(run: RunDir, wall: WallMesh) -> tuple[Floats, Floats]:

@@ -119,7 +119,7 @@ def _of_class(runs: Sequence[pd.DataFrame], kind: str, times: Floats) -> dict[st
         }
     name = kinetics.ranking(runs, kind)["law"].iloc[0]
     law = next(w for w in kinetics.LAWS if w.name == name)
-    fits = [kinetics.fit(law, run["time_s"].to_numpy(dtype=float), run[kind].to_numpy(dtype=float))[0] for run in runs]
+    fits = [kinetics.fit(law, *kinetics.points(run, kind))[0] for run in runs]
     found: dict[str, str | float] = {"law": law.name}
     for way, of in (("plug_flow", plug_flow), ("residence_times", share_retained)):
         each, halves = np.array([of(law, values, times) for values in fits]).T

@@ -101,11 +101,6 @@ class Mesh(Excusable):
         return self.mesh.startswith("punched")
 
     @property
-    def across_mm(self) -> float:
-        """Return the period of the apertures across the deck, approximately for a plate [mm]."""
-        return self.pitch_mm * (math.sqrt(0.75) if self.mesh == "punched_round" else 1.0)
-
-    @property
     def thick_mm(self) -> float:
         """Return the height from the upper face down [mm]."""
         plate = self.plate_mm or self.wire_mm
@@ -216,8 +211,9 @@ class Deck(Mesh):
 
     def _plate(self, deck: Mesh, height: float) -> dict[str, Any]:
         """Return a plate with as many columns of holes as fit."""
-        columns = int(self.width_mm / deck.across_mm + 1e-9)
         staggered = deck.mesh == "punched_round"
+        across = deck.pitch_mm * (math.sqrt(0.75) if staggered else 1.0)
+        columns = int(self.width_mm / across + 1e-9)
         return {
             "hole_mm": deck.aperture_mm, "pitch_mm": deck.pitch_mm, "length_mm": self.length_mm, "width_mm": self.width_mm,
             "columns": max(1, columns), "thickness_mm": deck.thick_mm, "hole": deck.mesh.removeprefix("punched_"),
@@ -268,15 +264,11 @@ class Deck(Mesh):
         moves = self.stroke.vibrates()
         return [{**wall, "vibrates": moves} for wall in found]
 
-    @property
-    def _clearances(self) -> list[float]:
-        """Return the free height under each deck [mm]."""
-        return [*(deck.below_mm for deck in self.beneath), BELOW * self.levels[-1][0].aperture_mm]
-
     def outlets(self) -> list[dict[str, Any]]:
         """Return the outlets of a deck: overs beyond the end, unders below by section, and no product over a side."""
         away, (lowest, height) = 2.0 * self.aperture_mm, self.levels[-1]
-        side, below = 0.5 * self.width_mm + SIDE_MM + away, height - BELOW * lowest.aperture_mm
+        clearances = [*(deck.below_mm for deck in self.beneath), BELOW * lowest.aperture_mm]
+        side, below = 0.5 * self.width_mm + SIDE_MM + away, height - clearances[-1]
         sides: list[dict[str, Any]] = [
             {"name": "spilled_left", "low_mm": (None, side, None)},
             {"name": "spilled_right", "high_mm": (None, -side, None)},
@@ -285,7 +277,7 @@ class Deck(Mesh):
         found.append({"name": "spilled_back", "high_mm": (-2.0 * SIDE_MM - away, None, None)})
         if not self.beneath:
             found.append({"name": "overs", "low_mm": (self.length_mm + away, None, None)})
-        for name, (deck, z), clearance in zip(DECKS, self.levels, self._clearances, strict=False):
+        for name, (deck, z), clearance in zip(DECKS, self.levels, clearances, strict=False):
             if self.beneath:  # removed at the end of the deck, before it falls to the next one
                 found.append({"name": name, "low_mm": (self.length_mm, None, z - deck.thick_mm - FALLEN * clearance)})
         for k in range(1, self.sections + 1):

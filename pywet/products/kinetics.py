@@ -94,6 +94,11 @@ def fit(law: Law, t: Floats, y: Floats) -> tuple[Floats, Floats]:
     return values, np.asarray(student.ppf(0.975, max(len(t) - len(start), 1)) * spread)
 
 
+def points(curve: pd.DataFrame, kind: str) -> tuple[Floats, Floats]:
+    """Return times and the fraction retained of a class, of a table as `curves` returns it."""
+    return curve["time_s"].to_numpy(dtype=float), curve[kind].to_numpy(dtype=float)
+
+
 def rms(law: Law, values: Floats, t: Floats, y: Floats) -> float:
     """Return the root mean square of the residuals."""
     return float(np.sqrt(np.mean((law(t, *values) - y) ** 2)))
@@ -151,12 +156,12 @@ def ranking(runs: Sequence[pd.DataFrame], kind: str) -> pd.DataFrame:
         all, rms_held_out: each seed against the law fitted to the others (nan of one seed, ranked by the fit then).
     """
     rows = []
+    every = points(pd.concat(runs), kind)
     for law in LAWS:
-        t, y = (np.concatenate([run[c].to_numpy(dtype=float) for run in runs]) for c in ("time_s", kind))
-        values, half = fit(law, t, y)
+        values, half = fit(law, *every)
         held_out = math.nan
         if len(runs) > 1:
-            each = [fit(law, run["time_s"].to_numpy(dtype=float), run[kind].to_numpy(dtype=float))[0] for run in runs]
+            each = [fit(law, *points(run, kind))[0] for run in runs]
             half = np.array([mean_and_half_width(column)[1] for column in np.array(each).T])
             held_out = math.sqrt(np.mean([_unseen(law, runs, k, kind) ** 2 for k in range(len(runs))]))
         names = ("t0", *law.parameters)
@@ -166,7 +171,7 @@ def ranking(runs: Sequence[pd.DataFrame], kind: str) -> pd.DataFrame:
                 "class": kind,
                 "law": law.name,
                 "parameters": values_text,
-                "rms": rms(law, values, t, y),
+                "rms": rms(law, values, *every),
                 "rms_held_out": held_out,
             }
         )
@@ -177,8 +182,8 @@ def ranking(runs: Sequence[pd.DataFrame], kind: str) -> pd.DataFrame:
 def _unseen(law: Law, runs: Sequence[pd.DataFrame], k: int, kind: str) -> float:
     """Return the residual of one seed relative to the law fitted to the others."""
     others = pd.concat([run for n, run in enumerate(runs) if n != k])
-    values, _ = fit(law, others["time_s"].to_numpy(dtype=float), others[kind].to_numpy(dtype=float))
-    return rms(law, values, runs[k]["time_s"].to_numpy(dtype=float), runs[k][kind].to_numpy(dtype=float))
+    values, _ = fit(law, *points(others, kind))
+    return rms(law, values, *points(runs[k], kind))
 
 
 def kinetics(folders: Sequence[Path | str]) -> pd.DataFrame:

@@ -119,20 +119,21 @@ def separation(curve: pd.DataFrame, aperture_mm: float | None = None) -> Separat
     under = curve["diameter_mm"].to_numpy(dtype=float) < reference
     feed, overs, unders = (curve[f"{c}_kg"].to_numpy(dtype=float) for c in ("feed", "overs", "unders"))
     known = not math.isnan(reference) and feed.sum() > 0.0
-    recovery_u = _share(unders[under].sum(), feed[under].sum()) if known else math.nan
-    recovery_o = _share(overs[~under].sum(), feed[~under].sum()) if known else math.nan
+
+    def share(part: float, whole: float) -> float:
+        if not known:
+            return math.nan
+        return float(part / whole) if whole > 0.0 else 1.0
+
+    recovery_u = share(unders[under].sum(), feed[under].sum())
+    recovery_o = share(overs[~under].sum(), feed[~under].sum())
     misplaced = overs[under].sum() + unders[~under].sum()
     return Separation(
         d25, d50, d75, 0.5 * (d75 - d25), 0.5 * (d75 - d25) / d50, reference,
-        _share(feed[under].sum(), feed.sum()) if known else math.nan, recovery_u, recovery_o,
-        _share(unders[under].sum(), unders.sum()) if known else math.nan,
-        _share(overs[~under].sum(), overs.sum()) if known else math.nan,
-        recovery_u + recovery_o - 1.0, recovery_u * recovery_o, misplaced / feed.sum() if known else math.nan,
+        share(feed[under].sum(), feed.sum()), recovery_u, recovery_o,
+        share(unders[under].sum(), unders.sum()), share(overs[~under].sum(), overs.sum()),
+        recovery_u + recovery_o - 1.0, recovery_u * recovery_o, share(misplaced, feed.sum()),
     )  # fmt: skip
-
-
-def _share(part: float, whole: float) -> float:
-    return float(part / whole) if whole > 0.0 else 1.0
 
 
 def mean_and_half_width(values: Sequence[float]) -> tuple[float, float]:

@@ -16,7 +16,7 @@ from pywet.products.partition import Separation, partition_curve, separation, si
 from pywet.products.steady import block_mean
 from pywet.products.streams import PRODUCTS, Streams
 from pywet.runs.rundir import RunDir
-from pywet.util.files import write_csv, write_json, write_table
+from pywet.util.files import finite, write_csv, write_json, write_table
 from pywet.util.ranges import LIMITS
 
 PER_HOUR = 3.6
@@ -36,13 +36,9 @@ def curve_of(run: RunDir, flow: Streams) -> pd.DataFrame:
     }
     sizes, masses = (np.array(values) for values in zip(*((2.0 * c.radius_m, c.mass_kg) for c in classes), strict=True))
     curve = partition_curve(sizes, number["overs"], number["unders"], masses)
-    if not _doubled(curve):
+    if curve["diameter_mm"].is_unique:
         return curve
     return pd.DataFrame([{"diameter_mm": d, **_joined(rows)} for d, rows in curve.groupby("diameter_mm")])
-
-
-def _doubled(curve: pd.DataFrame) -> bool:
-    return bool(curve["diameter_mm"].duplicated().any())
 
 
 def _joined(rows: pd.DataFrame) -> pd.Series:
@@ -197,13 +193,6 @@ def write(
     write_table(series, folder / f"{of_deck('screen_series', deck)}.parquet", csv=True)
     write_csv(flowsheet.grade_efficiency(curve), folder / f"{of_deck('grade_efficiency', deck)}.csv")
     write_csv(flowsheet.fitted(curve), folder / f"{of_deck('flowsheet', deck)}.csv")
-    finite = _finite(numbers)
-    write_json(folder / f"{of_deck(RESULT, deck)}.json", finite)
-    return finite
-
-
-def _finite(value: Any) -> Any:
-    """Replace numbers that are not defined by null."""
-    if isinstance(value, dict):
-        return {key: _finite(inner) for key, inner in value.items()}
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    defined: dict[str, Any] = finite(numbers)
+    write_json(folder / f"{of_deck(RESULT, deck)}.json", defined)
+    return defined

@@ -188,10 +188,9 @@ def sieve_analysis(path: Path) -> tuple[Floats, Floats, Floats]:
     ConfigError
         If columns, sizes or percentages are not those of a sieve analysis.
     """
-    rows = _numbers(path)
-    if len(rows[0]) == 3:
-        table = np.array(sorted(rows))
-        lower, upper, percent = table.T
+    columns = np.array(sorted(_numbers(path))).T
+    if len(columns) == 3:
+        lower, upper, percent = columns
         if not (lower < upper).all() or not np.allclose(upper[:-1], lower[1:]):
             raise ConfigError(
                 f"{shown(path)}: its classes leave gaps or overlap; expected lower sizes below the upper ones, each class "
@@ -199,8 +198,7 @@ def sieve_analysis(path: Path) -> tuple[Floats, Floats, Floats]:
                 code="psd.gaps", file=path,
             )  # fmt: skip
     else:
-        table = np.array(sorted(rows))
-        size, passing = table.T
+        size, passing = columns
         if (np.diff(passing) < 0).any() or (np.diff(size) <= 0).any():
             raise ConfigError(
                 f"{shown(path)}: the cumulative % passing falls from one size to a larger one; expected it to rise",
@@ -212,7 +210,7 @@ def sieve_analysis(path: Path) -> tuple[Floats, Floats, Floats]:
             lower, upper, percent = lower[1:], upper[1:], percent[1:]
     total = percent.sum()
     if (percent < 0).any() or abs(total - 100.0) > SUM_PERCENT:
-        what = "the largest size is passed by" if len(rows[0]) == 2 else "the mass % add up to"
+        what = "the largest size is passed by" if len(columns) == 2 else "the mass % add up to"
         raise ConfigError(
             f"{shown(path)}: {what} {total:.5g} %; expected 100 within {SUM_PERCENT:g}, and none below 0",
             code="psd.sum", file=path, given=total, expected=100.0,

@@ -56,10 +56,11 @@ def read(run: RunDir, from_s: float | None = None, deck: int = 1) -> Streams:
     PywetError
         For a run with neither a collecting bin nor outlets named as products, or without that deck.
     """
-    if not 1 <= deck <= decks(run):
+    most = decks(run.scene)
+    if not 1 <= deck <= most:
         raise PywetError(
-            f"{run.path}: deck {deck} was asked for; expected one from 1 to {decks(run)}, counted from above",
-            code="screen.deck", key="--deck", given=deck, expected=decks(run), where=run.path,
+            f"{run.path}: deck {deck} was asked for; expected one from 1 to {most}, counted from above",
+            code="screen.deck", key="--deck", given=deck, expected=most, where=run.path,
         )  # fmt: skip
     if run.scene.outlets:
         return _continuous(run, from_s, deck)
@@ -72,12 +73,7 @@ def read(run: RunDir, from_s: float | None = None, deck: int = 1) -> Streams:
     return _batch(run)
 
 
-def decks(run: RunDir) -> int:
-    """Return the number of decks with separate overs."""
-    return decks_of(run.scene)
-
-
-def decks_of(scene: EngineScene) -> int:
+def decks(scene: EngineScene) -> int:
     """Return the number of decks of a scene with separate overs."""
     collected = {o.product for o in scene.outlets}
     return max((k for k, product in enumerate(DECKS, start=1) if product in collected), default=1)

@@ -65,7 +65,7 @@ def in_blocks(scene: EngineScene, until: Until, blocks: int | None) -> EngineSce
     name, step = f"scene {scene.name}: until", scene.time_step_s
     if missing := streams.uncollected(scene):
         raise ConfigError(f"{name}: {missing}", code="scene.until_outlets", key="until")
-    collected = streams.decks_of(scene)
+    collected = streams.decks(scene)
     if until.deck > collected:
         raise ConfigError(
             f"{name}: deck is {until.deck}; expected 1 to {collected}, the number of decks",

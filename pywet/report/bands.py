@@ -12,18 +12,16 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from pywet.cases.screening.results import class_titles
 from pywet.errors import PywetError
 from pywet.products import destinations
 from pywet.products.screening_report import aperture_of
 from pywet.report.pictures import COLOURS, DASHES, INK, STYLE, panels, plt
-from pywet.runs.rundir import RunDir
+from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.spread import quantile
 from pywet.util.files import atomic_write
 
-Floats = NDArray[np.float64]
 FORMATS = (".pdf", ".svg", ".png")
 THESIS: Any = {
     **STYLE,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,22 +27,22 @@ class CaseResult:
     problems: tuple[str, ...]
     summary: dict[str, Any] | None = None
     plan: dict[str, Any] | None = None
-    agreement: tuple[verdict.Agreement, ...] = field(default=())
-    unchecked: tuple[str, ...] = field(default=())
+    agreement: tuple[verdict.Agreement, ...] = ()
+    unchecked: tuple[str, ...] = ()
     """Laws that the reference does not have, as text."""
-    second: tuple[str, ...] = field(default=())
+    second: tuple[str, ...] = ()
     """Kinds of custom laws that were compared with a user reference implementation."""
     retained: pd.DataFrame | None = None
     liquid: pd.DataFrame | None = None
     contributions: dict[str, Any] | None = None
-    audit: tuple[audit.AuditRow, ...] = field(default=())
-    seeds: tuple[pd.DataFrame, ...] = field(default=())
+    audit: tuple[audit.AuditRow, ...] = ()
+    seeds: tuple[pd.DataFrame, ...] = ()
     """Fraction retained of the same case from other initial arrangements, in folders named CASE-SEED."""
-    others: tuple[dict[str, Any], ...] = field(default=())
+    others: tuple[dict[str, Any], ...] = ()
     """Summaries of these runs, if available."""
-    screens: tuple[dict[str, Any], ...] = field(default=())
+    screens: tuple[dict[str, Any], ...] = ()
     """Results of the screen, of the run and of further seeds."""
-    nothing: tuple[str, ...] = field(default=())
+    nothing: tuple[str, ...] = ()
     """Kinds of quantities in the scene for which the replay compared no values."""
     folder: Path | None = None
 
@@ -150,34 +150,29 @@ def _collect_run(run_dir: Path, case: Case, alone: bool) -> CaseResult:
         contributions=run.json("contributions.json", Contributions),
         audit=tuple(audit.read(run_dir) or ()),
         nothing=tuple(verdict.nothing_compared(replay)) if replay else (),
-        seeds=tuple(read_table(path) for path in seeds),
-        others=tuple(s for path in seeds if (s := RunDir(path.parent.parent).json("summary.json", Summary))),
-        screens=tuple(s for path in (run_dir, *(p.parent.parent for p in seeds)) if (s := _screen(path))),
+        seeds=tuple(read_table(path / RETAINED) for path in seeds),
+        others=tuple(s for path in seeds if (s := RunDir(path).json("summary.json", Summary))),
+        screens=tuple(s for path in (run_dir, *seeds) if (s := RunDir(path).json(SCREEN, dict[str, Any]))),
         folder=run_dir,
     )
 
 
-def _screen(run_dir: Path) -> dict[str, Any] | None:
-    found: dict[str, Any] | None = RunDir(run_dir).json("results/screen.json", dict[str, Any])
-    return found
-
-
+RETAINED, SCREEN = "results/fraction_retained.parquet", "results/screen.json"
 OF_ONE_RUN = ("seed", "seeds", "ranks")
 """Settings in which the seeds of a case may differ."""
 
 
 def _other_seeds(run_dir: Path) -> list[Path]:
-    """Return the tables of further seeds of a run; those of another configuration are left out with a notice."""
-    tables = sorted(run_dir.parent.glob(f"{run_dir.name}-*/results/fraction_retained.parquet"))
-    seeds = [t for t in tables if t.parent.parent.name.removeprefix(f"{run_dir.name}-").isdigit()]
+    """Return the runs of further seeds of a run; those of another configuration are left out with a notice."""
+    runs = sorted(table.parent.parent for table in run_dir.parent.glob(f"{run_dir.name}-*/{RETAINED}"))
     mine, same = _configured(run_dir), []
-    for table in seeds:
-        other = _configured(table.parent.parent)
+    for run in (r for r in runs if r.name.removeprefix(f"{run_dir.name}-").isdigit()):
+        other = _configured(run)
         if mine is None or other is None or mine == other:
-            same.append(table)
+            same.append(run)
         else:
             notice.warning(
-                f"{table.parent.parent} was run with another configuration than {run_dir}; it is not counted as a seed of it"
+                f"{run} was run with another configuration than {run_dir}; it is not counted as a seed of it"
             )
     return same
 

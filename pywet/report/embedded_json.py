@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-import math
 from typing import Any
+
+from pywet.util.files import finite
 
 
 def embedded(value: Any) -> str:
@@ -13,13 +14,4 @@ def embedded(value: Any) -> str:
     >>> embedded({"y": [0.5, float("nan")], "label": "</script>"})
     '{"y": [0.5, null], "label": "\\\\u003c/script>"}'
     """
-    return json.dumps(_finite(value), allow_nan=False).replace("<", "\\u003c")
-
-
-def _finite(value: Any) -> Any:
-    """Return plain data with None in place of each number that is not finite."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
-    return [_finite(entry) for entry in value] if isinstance(value, list | tuple) else value
+    return json.dumps(finite(value), allow_nan=False).replace("<", "\\u003c")

@@ -281,7 +281,8 @@ def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
 
 def of_run(folder: Path) -> list[page.Section]:
     """Return the sections of all decks of a run with screening results; none for other runs."""
-    return [s for deck in range(1, decks(RunDir(folder)) + 1) for s in _of_deck(RunDir(folder), deck)]
+    run = RunDir(folder)
+    return [s for deck in range(1, decks(run.scene) + 1) for s in _of_deck(run, deck)]
 
 
 def _of_deck(run: RunDir, deck: int) -> list[page.Section]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,6 +14,11 @@ from pywet.sweep.description import Base, Point
 
 Numbers = dict[str, float | None]
 """Result -> value; None if a run has none, such as ruptures of a dry one."""
+
+
+def number(value: Any) -> float | None:
+    """Return a result as a float; None for one that is missing or not finite."""
+    return None if value is None or not math.isfinite(value) else float(value)
 
 
 class Built(NamedTuple):
@@ -31,6 +38,11 @@ class Kind(ABC):
 
     def __init__(self, base: Base, folder: Path, trust: bool = False) -> None:
         self.base, self.folder, self.trust = base, folder, trust
+
+    @cached_property
+    def file(self) -> Path:
+        """Return the file of the base; a case has none."""
+        return self.folder / str(getattr(self.base, self.base.kind))
 
     @abstractmethod
     def built(self, values: Point, seed: int) -> Built:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Mapping
 from functools import cache, cached_property
 from pathlib import Path
@@ -21,7 +20,7 @@ from pywet.config.loading import begun, parse, placed_laws, read_yaml
 from pywet.errors import ConfigError
 from pywet.laws import custom_laws as user_laws
 from pywet.sweep import costs, run_numbers
-from pywet.sweep.base_kind import Built, Kind, Numbers
+from pywet.sweep.base_kind import Built, Kind, Numbers, number
 from pywet.sweep.case_base import OfCase
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Base, Point
@@ -43,10 +42,6 @@ class Wall(Kind):
     """Package that computes it."""
 
     @cached_property
-    def file(self) -> Path:
-        return self.folder / str(self.base.wall)
-
-    @cached_property
     def content(self) -> dict[str, Any]:
         return _json(self.file)
 
@@ -58,8 +53,8 @@ class Wall(Kind):
         from pywet.collisions.wall.wall import collide
 
         answer = collide(built.given)
-        numbers = {name: _number(answer[name]) for name in collisions.RESULTS}
-        return numbers | {f"energy_{name}_J": _number(answer["energy_J"][name]) for name in collisions.ENERGIES}
+        numbers = {name: number(answer[name]) for name in collisions.RESULTS}
+        return numbers | {f"energy_{name}_J": number(answer["energy_J"][name]) for name in collisions.ENERGIES}
 
     def cost(self, built: Built) -> Cost:
         return costs.COLLISION
@@ -75,10 +70,6 @@ class Bridge(Kind):
     results = ("pull_off_force_N", "rupture_distance_m")
     code = "cases/small"
     """Package that computes it."""
-
-    @cached_property
-    def file(self) -> Path:
-        return self.folder / str(self.base.bridge)
 
     @cached_property
     def content(self) -> dict[str, Any]:
@@ -99,8 +90,8 @@ class Bridge(Kind):
 
     def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
         return {
-            "pull_off_force_N": _number(bridge_query.pull_off(built.given)),
-            "rupture_distance_m": _number(bridge_query.rupture_distance(built.given)),
+            "pull_off_force_N": number(bridge_query.pull_off(built.given)),
+            "rupture_distance_m": number(bridge_query.rupture_distance(built.given)),
         }
 
     def cost(self, built: Built) -> Cost:
@@ -112,10 +103,6 @@ class Bridge(Kind):
 
 class OfScene(Kind):
     """Sweep of a user-defined scene that runs in the engine."""
-
-    @cached_property
-    def file(self) -> Path:
-        return self.folder / str(self.base.scene)
 
     @cached_property
     def content(self) -> dict[str, Any]:
@@ -145,10 +132,6 @@ def _json(path: Path) -> dict[str, Any]:
             f"{path} holds {type(content).__name__}, expected keys and values: {CURE}", file=path, code="sweep.not_keys"
         )
     return content
-
-
-def _number(value: Any) -> float | None:
-    return None if value is None or not math.isfinite(value) else float(value)
 
 
 def _digest(*parts: object) -> str:

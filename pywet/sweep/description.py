@@ -83,7 +83,7 @@ class Axis(Strict):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         ways = [w for w in ("values", "linspace", "logspace") if getattr(self, w) is not None]
-        ways += ["low and high"] * (self.low is not None or self.high is not None)
+        ways += ["low and high"] * self.is_range
         if len(ways) != 1:
             raise ValueError(f"one of a list, linspace, logspace, low with high, not {' and '.join(ways) or 'none'}")
         if self.is_range and (self.low is None or self.high is None or not self.low < self.high):
@@ -210,15 +210,15 @@ class Sweep(Strict):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        ranges = [key for key, axis in self.axes.items() if axis.is_range]
-        if ranges and self.design is None:
-            raise ValueError(f"a design with the range of {ranges[0]}, such as design: {{sobol: 32}}")
-        if self.design is not None and not ranges:
+        if self.ranges and self.design is None:
+            raise ValueError(f"a design with the range of {self.ranges[0]}, such as design: {{sobol: 32}}")
+        if self.design is not None and not self.ranges:
             raise ValueError("an axis with low and high for the design to draw from")
         for group in self.zips:
             if wrong := [key for key in group if key not in self.axes or self.axes[key].is_range]:
                 raise ValueError(f"zips of axes with listed values, not {wrong[0]}")
-            if len(lengths := {key: len(self.axes[key].listed) for key in group}) and len({*lengths.values()}) > 1:
+            lengths = {key: len(self.axes[key].listed) for key in group}
+            if len({*lengths.values()}) > 1:
                 counts = ", ".join(f"{key} has {n}" for key, n in lengths.items())
                 raise ValueError(f"axes of a zip with equally many values ({counts})")
         zipped = [key for group in self.zips for key in group]

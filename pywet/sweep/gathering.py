@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError, one_line
+from pywet.laws import custom_laws
 from pywet.runs.loaded import Run as Loaded
 from pywet.sweep import run_numbers
+from pywet.sweep.base_kind import Numbers
 from pywet.sweep.description import Function
-from pywet.sweep.plan import Plan, Run, called, path_of, refuse_untrusted
+from pywet.sweep.plan import Plan, Run, path_of, refuse_untrusted
 from pywet.util.files import read_bytes
-
-Numbers = dict[str, float | None]
 
 
 def gathered(plan: Plan, run: Run) -> Numbers | None:
@@ -32,13 +32,13 @@ def gathered(plan: Plan, run: Run) -> Numbers | None:
     for name in plan.gather:
         if isinstance(name, Function):
             word, measure = _function(plan, name)
-            found[name.name] = (
-                read[word] if word in read else read.setdefault(word, measure(_subject(plan, run, numbers)))
-            )
+            if word not in read:
+                read[word] = measure(_subject(plan, run, numbers))
+            found[name.name] = read[word]
         elif name in run_numbers.ON_REQUEST and plan.kind.engine:
-            found[name] = read[name] if name in read else read.setdefault(
-                name, _finite(run_numbers.ON_REQUEST[name](Loaded(plan.store.place(run.built.name))), name)
-            )  # fmt: skip
+            if name not in read:
+                read[name] = _finite(run_numbers.ON_REQUEST[name](Loaded(plan.store.place(run.built.name))), name)
+            found[name] = read[name]
         else:
             found[name] = numbers.get(name)
     if read.keys() != numbers.keys():
@@ -58,7 +58,7 @@ def _function(plan: Plan, function: Function) -> tuple[str, Callable[[Any], floa
     refuse_untrusted(plan.file, function)
 
     def measure(subject: Any) -> float:
-        call = called(name, source)
+        call = custom_laws.execute(name, source)
         try:
             return _finite(float(call(subject)), function.name)
         except PywetError:

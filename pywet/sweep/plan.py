@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pywet.cost.command import duration
 from pywet.errors import ConfigError, PywetError
@@ -182,12 +182,6 @@ def _check_gather(plan: Plan, trust: bool) -> None:
 def path_of(file: Path, function: Function) -> str:
     """Return a function's name with the full path of its file, which is relative to the sweep's folder."""
     return user_laws.placed(function.function, file.parent)
-
-
-def called(name: str, source: bytes) -> Callable[[Any], Any]:
-    """Return the function defined in a trusted file."""
-    function: Callable[[Any], Any] = user_laws.execute(name, source)
-    return function
 
 
 def _check_function(file: Path, function: Function, trust: bool) -> None:

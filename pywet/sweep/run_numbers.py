@@ -12,10 +12,10 @@ from pywet.config import Config
 from pywet.products.screening_report import RESULT
 from pywet.products.streams import PRODUCTS
 from pywet.runs.loaded import Run
+from pywet.sweep.base_kind import Numbers
 from pywet.util.files import read_json
 
 EVALUATED = f"results/{RESULT}.json"
-Numbers = dict[str, float | None]
 OF_ANY = (
     "steps", "wall_time_s", "mass_kg", "initial_liquid_m3", "formations", "ruptures", "bridges_at_end",
     "energy_kinetic_J", "energy_spin_J", "energy_gravity_J",

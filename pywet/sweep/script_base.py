@@ -26,7 +26,7 @@ from pywet.config.loading import parse, placed_laws, read_yaml
 from pywet.engines import process
 from pywet.errors import ConfigError, PywetError
 from pywet.sweep import costs
-from pywet.sweep.base_kind import Built, Kind, Numbers
+from pywet.sweep.base_kind import Built, Kind, Numbers, number
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Point, Value
 from pywet.util.files import make_folder, read_bytes, write_json
@@ -58,10 +58,6 @@ class OfScript(Kind):
     def seeded(self) -> bool:  # type: ignore[override]
         """Return whether a variable of the script is its seed."""
         return self.base.seed is not None
-
-    @cached_property
-    def file(self) -> Path:
-        return self.folder / str(self.base.script)
 
     @cached_property
     def _read(self) -> tuple[Line, dict[str, bytes], dict[str, Any]]:
@@ -148,7 +144,7 @@ class OfScript(Kind):
         initial = float(last["initial"]) or math.nan
         found: Numbers = {name: float(last[name]) for name in ("formations", "ruptures")}
         found |= {"bridges_at_end": float(last["bridge_count"]), "processor_time_s": usage.cpu_s}
-        found |= {f"liquid_{name}_share": _number(float(last[name]) / initial) for name in ("films", "bridges")}
+        found |= {f"liquid_{name}_share": number(float(last[name]) / initial) for name in ("films", "bridges")}
         write_json(folder / "summary.json", found)
         return found
 
@@ -194,10 +190,6 @@ def _put(content: bytes, values: dict[str, Value]) -> bytes:
         return f"{found[1]}{values[found[2]]}" if found[2] in values else found[0]
 
     return VARIABLE.sub(line, content.decode("latin-1")).encode("latin-1")
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def _seed(name: str, written: str, count: int) -> int:

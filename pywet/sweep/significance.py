@@ -14,15 +14,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy import stats
 
 from pywet.compare import statistics
-from pywet.compare.statistics import LEVEL, Finding, Sample, holm
+from pywet.compare.statistics import LEVEL, Finding, Floats, Sample, holm
 from pywet.sweep.description import Sweep
 from pywet.sweep.table import DONE
 
-Floats = NDArray[np.float64]
 CONFIDENCE = 0.95
 
 

@@ -6,15 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from pywet.calibration.inference import Surface, terms
+from pywet.calibration.inference import Floats, Surface, terms
 from pywet.sweep.description import Sweep
 from pywet.sweep.table import DONE
-
-Floats = NDArray[np.float64]
-MISFIT = 0.01
-"""Probability below which runs are reported not to follow the polynomial."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import Any
 
 import pandas as pd
 
+from pywet.calibration.inference import MISFIT
 from pywet.cases.custom.walls import word_of
 from pywet.compare.statistics import LEVEL
 from pywet.errors import PywetError
@@ -17,7 +18,6 @@ from pywet.report.pictures import STYLE, panels, plt
 from pywet.sweep import figures, significance, surface
 from pywet.sweep.plan import Plan
 from pywet.sweep.significance import Effects, Optimum
-from pywet.sweep.surface import MISFIT
 from pywet.sweep.table import DONE, FAILED
 from pywet.sweep.table import NAME as TABLE
 

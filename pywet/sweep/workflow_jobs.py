@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-from functools import cached_property
 from pathlib import Path
 
 from pywet.cost import needs
@@ -27,6 +26,7 @@ class Jobs:
 
     def __init__(self, file: Path) -> None:
         self.plan: Plan = plan.read(file)
+        self._costs: dict[str, Cost] = {}
 
     @property
     def folder(self) -> Path:
@@ -55,10 +55,6 @@ class Jobs:
                 code="sweep.stale_job", given=job, where=self.plan.file,
             )  # fmt: skip
         return run
-
-    @cached_property
-    def _costs(self) -> dict[str, Cost]:
-        return {}
 
     def _cost(self, job: str) -> Cost:
         if job not in self._costs:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import os
 import secrets
 import shutil
@@ -110,6 +111,15 @@ def write_json(path: Path, value: Any) -> None:
     text = json.dumps(value, indent=2, allow_nan=False)
     with atomic_write(path) as temporary:
         temporary.write_text(text + "\n")
+
+
+def finite(value: Any) -> Any:
+    """Return plain data with None in place of each number that is not finite."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: finite(entry) for key, entry in value.items()}
+    return [finite(entry) for entry in value] if isinstance(value, list | tuple) else value
 
 
 def write_table(table: pd.DataFrame, path: Path, csv: bool = False) -> None:

@@ -13,7 +13,7 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -93,7 +93,7 @@ def neighbours(case: int, runs: Mapping[int, Sequence[StoredRun]], run: StoredRu
     return _moved((run or runs[case][0]).folder, seeds) if len(seeds) > 1 else []
 
 
-@lru_cache(maxsize=None)  # their tables are made once, not once for each statement
+@cache  # their tables are made once, not once for each statement
 def _moved(folder: Path, seeds: tuple[StoredRun, ...]) -> list[Moved]:
     return [Moved(folder, seeds, k) for k in range(len(seeds))]
 

@@ -5,7 +5,6 @@ Lengths in mm, angles in degrees, all else in SI units, as the keys say. `buildi
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, TypeVar
 
@@ -120,10 +119,10 @@ class Cylinder(Excusable):
     def region(self) -> FeedRegion:
         """Convert the cylinder to the region in which spheres are placed."""
         x, y, z = (MM * c for c in self.origin_mm)
-        region = FeedRegion("cylinder", MM * self.diameter_mm, z, z + MM * self.height_mm, centre_m=(x, y))
-        return replace(
-            region, name="cylinder", cure="raise height_mm or diameter_mm of their cylinder, or lower count or mass_g"
-        )
+        return FeedRegion(
+            "cylinder", MM * self.diameter_mm, z, z + MM * self.height_mm, centre_m=(x, y), name="cylinder",
+            cure="raise height_mm or diameter_mm of their cylinder, or lower count or mass_g",
+        )  # fmt: skip
 
 
 class Insertion(Excusable):

@@ -73,7 +73,7 @@ def ask_unit(wall: Wall, surface: Surface, spheres: Sequence[float]) -> None:
     """Refuse an STL file whose size is implausible for the spheres' diameters [m]."""
     if wall.stl is None:
         return
-    longest = _longest(surface)
+    longest = float(np.ptp(surface.vertices, axis=0).max())
     small, large = longest < SMALL * min(spheres), longest > LARGE * max(spheres)
     if small or large:
         other = "m" if wall.stl_unit == "mm" else "mm"
@@ -123,10 +123,6 @@ def mention_bars(wall: Wall, surface: Surface) -> None:
             f"wall {wall.name}: {len(across)} of its {count} bodies are bars of about {2.0 * half:.3g} mm, taken as "
             f"faces, whose bridges and films are not a wire's; half_width_mm: {half:.3g} gives each those of a wire"
         )
-
-
-def _longest(surface: Surface) -> float:
-    return float(np.ptp(surface.vertices, axis=0).max())
 
 
 def origin_of(scene: Scene) -> Vector:

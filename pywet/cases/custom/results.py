@@ -157,7 +157,7 @@ def write(run_dir: Path) -> dict[str, Any]:
         notice.warning("%s: %s", run.scene.name, sentence)
     write_json(run.path / "summary.json", summary)
     if {o.product for o in run.scene.outlets} >= {*PRODUCTS}:
-        for deck in range(1, decks(run) + 1):
+        for deck in range(1, decks(run.scene) + 1):
             screening_report.write(run.path, deck=deck)
     if run.scene.blocks:
         until.write(run)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -60,10 +61,7 @@ def agreement(runs: Runs) -> list[verdict.Agreement]:
         for row in verdict.agreement(run.replay) if run.replay else []:
             rows.setdefault(row.quantity, []).append(row)
     largest = (max(of, key=lambda row: row.largest / row.limit if row.limit else row.largest) for of in rows.values())
-    return [
-        verdict.Agreement(w.quantity, w.scale, sum(r.count for r in rows[w.quantity]), w.largest, w.median, w.limit)
-        for w in largest
-    ]
+    return [replace(row, count=sum(r.count for r in rows[row.quantity])) for row in largest]
 
 
 def lines_of(runs: Runs, sentences: Callable[[Run], Sequence[str]]) -> list[str]:

@@ -7,7 +7,6 @@ import math
 import re
 import unicodedata
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -63,8 +62,10 @@ class Box(Excusable):
     def region(self) -> FeedRegion:
         """Convert the box to the region in which spheres are placed."""
         (x, y, z), (u, v, w) = (tuple(MM * c for c in corner) for corner in (self.low_mm, self.high_mm))
-        region = FeedRegion("square", u - x, z, w, v - y, (0.5 * (x + u), 0.5 * (y + v)))
-        return replace(region, name="box", cure="set high_mm of their box higher, widen it, or lower count or mass_g")
+        return FeedRegion(
+            "square", u - x, z, w, v - y, (0.5 * (x + u), 0.5 * (y + v)), name="box",
+            cure="set high_mm of their box higher, widen it, or lower count or mass_g",
+        )  # fmt: skip
 
 
 class Block(Box):

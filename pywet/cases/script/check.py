@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from pywet.cases.script import facts as reading
 from pywet.cases.script.facts import Facts, Kind, height_m, periodic_lengths_m
@@ -37,7 +38,7 @@ def check(path: Path, words: Sequence[str] = (), engine: str = "liggghts") -> tu
     lines = list(_script(path, facts))
     spheres, error = _spheres(found.wet, facts.kinds)
     wrong += error
-    lines += _films(found.wet, facts.kinds)
+    lines += _films(found.wet, facts.kinds, None if error or not facts.kinds else spheres.table)
     if not error and facts.kinds and facts.skin_m is not None:
         line, small = _skin(spheres, facts)
         lines += line
@@ -73,33 +74,26 @@ def _script(path: Path, f: Facts) -> Iterator[str]:
         yield f"  gravity: {' '.join(f'{g:g}' for g in f.gravity)} m/s2"
 
 
-def _rows(kinds: Sequence[Kind]) -> np.ndarray:
-    return np.array(
-        [(n, k.atom_type, k.radius_m, k.mass_kg, (0.0,) * 3) for n, k in enumerate(kinds, start=1)], NEWCOMER
-    )
-
-
 def _spheres(wet: Wet, kinds: Sequence[Kind]) -> tuple[Spheres, list[PywetError]]:
     """Return one sphere of each kind, with its film at any position."""
     anywhere = tuple(first for first in wet.first_films if first.low_mm is None and first.high_mm is None)
     spheres = Spheres(wet.model_copy(update={"first_films": anywhere}))
+    rows = [(n, k.atom_type, k.radius_m, k.mass_kg, (0.0,) * 3) for n, k in enumerate(kinds, start=1)]
     try:
-        spheres.take_in(_rows(kinds), 1)
+        spheres.take_in(np.array(rows, NEWCOMER), 1)
     except PywetError as error:
         return spheres, [error]
     return spheres, []
 
 
-def _films(wet: Wet, kinds: Sequence[Kind]) -> Iterator[str]:
+def _films(wet: Wet, kinds: Sequence[Kind], table: pd.DataFrame | None) -> Iterator[str]:
     """Describe the liquid, the films, and the distance from a sphere's centre at which films touch."""
     liquid = wet.liquid
     amount = f"{liquid.percent:g} % by mass" if liquid.percent is not None else f"films of {liquid.film_um:g} um"
     of = f"{liquid.surface_tension_N_per_m:g} N/m, {liquid.viscosity_Pa_s:g} Pa s, {liquid.density_kg_per_m3:g} kg/m3"
     yield f"liquid: {of}, {amount}" + (", first_films apart" if wet.first_films else "")
-    spheres, error = _spheres(wet, kinds)
-    if error or not kinds:
+    if table is None:
         return
-    table = spheres.table
     thickness = film_thickness(table["film"].to_numpy(), table["radius"].to_numpy())
     for kind, h in zip(kinds, thickness, strict=True):
         meets = f"touches at {1e3 * (kind.radius_m + h):.4g} mm from its centre"

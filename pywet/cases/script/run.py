@@ -170,12 +170,6 @@ class _Script:
         for problem in of_box(state["periodic"], float(state["reach"]), float(state["skin"])):
             raise problem
 
-    def _forces_change(self, state: dict[str, Any]) -> None:
-        """Record forces that differ from those of the first run, so that no replay assumes them to be known."""
-        changed = [] if state["gravity"] == self._gravity else ["gravity that changes between runs"]
-        if self._log and plugin_rank() == 0:
-            folder.note_forces(self._log, [*other_forces(state), *changed])
-
     def _wet_meshes(self, state: dict[str, Any]) -> dict[str, str]:
         """Return the meshes that carry liquid, and the engine's mesh that each corresponds to."""
         return {fix["id"]: fix["is"] for fix in state["fixes"] if "is" in fix and fix["id"] in self.wet.wet_walls}
@@ -211,8 +205,11 @@ class _Script:
             was, now = (max(lengths) for lengths in (self._periodic, state["periodic"]))
             raise refusal("wet.box", now, was)
         self._long_enough(state)
-        if state["gravity"] != self._gravity or other_forces(state):
-            self._forces_change(state)
+        others = other_forces(state)
+        if state["gravity"] != self._gravity:
+            others.append("gravity that changes between runs")
+        if others and plugin_rank() == 0:  # so that no replay assumes them to be known
+            folder.note_forces(self._log, others)
         if state["last"] not in (-1, state["step"]):
             raise refusal("wet.step", state["step"], state["last"])
         now = self._wet_meshes(state)

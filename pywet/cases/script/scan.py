@@ -30,7 +30,7 @@ class Found:
     line: Line
     wet: Wet
     problems: tuple[PywetError, ...]
-    rows: tuple[list[str], ...] = ()
+    rows: tuple[list[str], ...]
 
 
 def commands(path: Path, depth: int = 0, variables: Variables | None = None) -> Iterator[list[str]]:

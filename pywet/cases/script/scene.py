@@ -103,7 +103,7 @@ def dry_walls(state: dict[str, Any], wet: Wet) -> list[str]:
 
 
 def scene_of(
-    wet: Wet, time_step: float, spheres: Spheres, surfaces: list[Surface], gravity: Sequence[float] = (0.0, 0.0, 0.0)
+    wet: Wet, time_step: float, spheres: Spheres, surfaces: list[Surface], gravity: Sequence[float]
 ) -> EngineScene:
     """Return the scene for the plugin, without dry contacts and motion, which the script defines; not validated as a whole."""
     liquid = wet.liquid

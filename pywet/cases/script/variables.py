@@ -55,12 +55,8 @@ def _value(node: ast.expr) -> float:
     match node:
         case ast.Constant(value=int() | float() as value):
             return float(value)
-        case ast.BinOp(left, op, right):
-            return float(OPERATORS[type(op)](_value(left), _value(right))) if type(op) in OPERATORS else _none()
-        case ast.UnaryOp(op, operand):
-            return float(OPERATORS[type(op)](_value(operand))) if type(op) in OPERATORS else _none()
-    return _none()
-
-
-def _none() -> float:
+        case ast.BinOp(left, op, right) if type(op) in OPERATORS:
+            return float(OPERATORS[type(op)](_value(left), _value(right)))
+        case ast.UnaryOp(op, operand) if type(op) in OPERATORS:
+            return float(OPERATORS[type(op)](_value(operand)))
     raise ValueError("expected numbers and + - * / ^")
