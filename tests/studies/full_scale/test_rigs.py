@@ -123,7 +123,7 @@ def test_what_the_page_says_of_springs_and_glass() -> None:
 
 
 def test_what_the_page_says_of_its_presets_and_of_statements_that_no_run_confirms() -> None:
-    """Counts of both; each range shown is missed on 200 mm; 17 alone is refuted by all readings, with a negative value each."""
+    """Counts of both; each range shown is missed on 200 mm; all readings refute 7 and 17, 17 by a negative value."""
     runs = rigs.whole(FOUND)
     wide, narrow = ([judge(s, runs[name]).verdict for s in STATEMENTS if s.cases] for name in rigs.PRESETS)
     assert (wide.count("confirmed"), wide.count("inconclusive"), narrow.count("confirmed")) == (21, 4, 23)
@@ -138,7 +138,7 @@ def test_what_the_page_says_of_its_presets_and_of_statements_that_no_run_confirm
         value = float(here.partition(" ")[0])
         assert not parts[range_].low < value < parts[range_].high, line
         impossible += [int(number)] if verdict.startswith("yes") else []
-    assert impossible == [17]
+    assert impossible == [7, 17]
     lags = [each(parts["mean Y_small − Y_near, 1 to 5 s > 0"], runs[rig]) for rig in ("sieve200", *rigs.TURNED)]
     assert len(lags) == 14 and all(values and max(values) < -0.09 for values in lags)
 
@@ -202,7 +202,7 @@ def test_the_page_names_the_statements_that_any_run_confirms() -> None:
     assert f"confirm {len(shipped)}; {len(gained)} others" in sentence
 
 
-def test_three_seeds_on_200_mm_decide_statements_7_and_8() -> None:
+def test_more_seeds_on_200_mm_decide_statements_7_and_8() -> None:
     """The fifth paragraph of the page."""
     (eighth,) = (s for s in STATEMENTS if s.number == 8)
     of_amplitude = judge(eighth, FOUND["sieve200"])
@@ -213,7 +213,7 @@ def test_three_seeds_on_200_mm_decide_statements_7_and_8() -> None:
     campaign = judge(statement, variants(ROOT / rigs.CAMPAIGN)[""])
     assert (campaign.verdict, answer.verdict) == ("inconclusive", "not confirmed")
     first = answer.values[0]
-    assert len(first) == 3 and f"{sum(first) / 3:.4f}" == "-0.0003" and max(map(abs, first)) < 0.0013
+    assert len(first) == 6 and abs(sum(first) / 6) < 0.0002 and max(map(abs, first)) < 0.005
 
 
 def test_what_other_cases_say_of_films_of_whole_walls_and_of_equation_14() -> None:
