@@ -78,7 +78,7 @@ seeds scatters (95 %; scatter of 200 mm).
 
 ![Undersize left on the screen over time, cases 1 and 4, for sieves of 150 to 200 mm](full_scale/rig.svg)
 
-All variants, with wedged large spheres: [rig_undersize.csv](full_scale/rig_undersize.csv).
+All variants: [rig_undersize.csv](full_scale/rig_undersize.csv).
 """
 BETWEEN = """
 ## Statements
