@@ -342,6 +342,21 @@ def alone(run_dir: Path) -> Iterator[None]:
         ) from error  # fmt: skip
 
 
+def no_run(folder: Path) -> str:
+    """Say why a folder is no run directory, and what one is."""
+    found, where = sorted(one_line(path.parent.name, 60) for path in folder.glob("*/scene.json")), shown(folder)
+    if not os.path.lexists(folder):
+        what = f"{where} does not exist"
+    elif found:
+        what = f"no scene.json in {where}, which contains runs ({', '.join(found[:3])}{', …' * (len(found) > 3)})"
+    else:
+        what = f"no scene.json in {where}"
+    return (
+        f"{what}; expected a run directory, which `pywet run CASE --out DIR` and `pywet run-scene FILE --out DIR` write: with "
+        "scene.json, history/ and results/ (a folder of result tables alone is none)"
+    )
+
+
 @contextmanager
 def reading(*run_dirs: Path) -> Iterator[None]:
     """Lock runs together with others that read or evaluate them; raises if one is being simulated."""

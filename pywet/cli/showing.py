@@ -74,12 +74,7 @@ def need_run(run_dir: Path) -> None:
     if not (run_dir / "scene.json").exists():
         with run_folder.reading(run_dir):
             pass
-        raise PywetError(
-            f"no scene.json in {run_dir}; expected a run directory, which `pywet run CASE --out DIR` and `pywet run-scene FILE "
-            "--out DIR` write: with scene.json, history/ and results/ (a folder of result tables alone is none)",
-            code="cli.no_run",
-            where=run_dir,
-        )
+        raise PywetError(run_folder.no_run(run_dir), code="cli.no_run", where=run_dir)
 
 
 def stage(folder: Path, stage: str, work: Any) -> None:

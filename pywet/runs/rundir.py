@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from pywet import run_folder
 from pywet.errors import PywetError
 from pywet.runs.shapes import Plan, Replay, RunSummary
 from pywet.scene import SCRIPTED, EngineScene
@@ -57,10 +58,7 @@ class RunDir:
     def scene(self) -> EngineScene:
         path = self.path / "scene.json"
         if not path.exists():
-            raise PywetError(
-                f"no scene.json in {self.path}; expected a run directory as `pywet run CASE --out DIR` writes it",
-                code="run.no_scene", where=self.path,
-            )  # fmt: skip
+            raise PywetError(run_folder.no_run(self.path), code="run.no_scene", where=self.path)
         return EngineScene.read(path)
 
     @cached_property

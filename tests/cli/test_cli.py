@@ -81,6 +81,15 @@ def test_every_command_of_the_architecture_exists(runner: CliRunner) -> None:
     assert " spheres " in below
 
 
+def test_a_folder_of_runs_names_them(runner: CliRunner, tmp_path: Path) -> None:
+    for name in ("dry", "moist"):
+        (tmp_path / "runs" / name).mkdir(parents=True)
+        (tmp_path / "runs" / name / "scene.json").touch()
+    for command in ("view", "screen"):
+        result = runner.invoke(app, [command, str(tmp_path / "runs")])
+        assert result.exit_code == 1 and "which contains runs (dry, moist)" in result.stderr, result.output
+
+
 @pytest.mark.parametrize(
     ("command", "message"),
     [
@@ -88,7 +97,7 @@ def test_every_command_of_the_architecture_exists(runner: CliRunner) -> None:
         (["plan", "2", "--scale", "huge", "--config", str(CONFIG)], "there is no scale huge"),
         (["run", "2", "--scale", "huge", "--config", str(CONFIG)], "there is no scale huge"),
         (["plan", "2", "--config", "nowhere"], "could not be read"),
-        (["view", "nowhere"], "no scene.json in nowhere"),
+        (["view", "nowhere"], "nowhere does not exist; expected a run directory"),
         (["plot", "nowhere"], "`pywet run-scene FILE --out DIR` write: with scene.json, history/ and results/"),
         (["plan", "deck.yaml"], "for a scene use pywet run-scene deck.yaml, with --check to print its plan"),
         (["run", "deck.yaml"], "for a scene use pywet run-scene deck.yaml"),
