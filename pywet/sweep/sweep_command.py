@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -40,7 +39,7 @@ def carry_out(asked: Plan, cores: int, ranks: int, more: int, say: Say) -> pd.Da
     made = _run(asked, missing, cores, ranks, say)
     if more:
         adaptive.add(asked, made, more)
-        asked = replace(asked)  # without the points that it has read
+        asked = plan.Plan(asked.file, asked.sweep, asked.kind, asked.store, asked.folder)
         made = _run(asked, check(asked, cores, say), cores, ranks, say)
     for line in finish(asked, made):
         say(line)
