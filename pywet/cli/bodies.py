@@ -106,7 +106,8 @@ def run_scene(
         return
     folder = out_dir or Path("results") / "scenes" / file.stem
     made = building.Building(description)
-    for line in made.plan.table if verbose else size_distribution.lines(made.amounts):
+    table = made.plan.table if verbose else size_distribution.lines(made.amounts)
+    for line in (*table, *made.plan.hint):
         tell(line)
     folder = folder.resolve() if folder.name in ("", "..") else folder
     first = description.seed

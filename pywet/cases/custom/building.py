@@ -370,7 +370,7 @@ def write(user_scene: Scene, run_dir: Path, blocks: int | None = None) -> typed.
     scene = made.scene(blocks)
     for sentence in made.warnings:
         notice.warning("%s: %s", user_scene.name, sentence)
-    for sentence in (*feeds(user_scene, made.classes), *made.plan.hint):
+    for sentence in feeds(user_scene, made.classes):
         notice.warning("%s", sentence)
     if any(made.origin_mm):
         notice.warning("%s: %s", user_scene.name, COUNT_FROM.format(*made.origin_mm))
