@@ -15,6 +15,7 @@ from pywet.cli import showing
 from pywet.cli.showing import err, out, tell
 from pywet.errors import PywetError
 from pywet.shipped import place
+from pywet.util.notices import notice
 from pywet.util.options import SEEDS, JsonFile, Ranks, Trust, Verbose, number
 from pywet.util.ranges import MOST_RANKS, SCENE, Range
 
@@ -106,9 +107,10 @@ def run_scene(
         return
     folder = out_dir or Path("results") / "scenes" / file.stem
     made = building.Building(description)
-    table = made.plan.table if verbose else size_distribution.lines(made.amounts)
-    for line in (*table, *made.plan.hint):
+    for line in made.plan.table if verbose else size_distribution.lines(made.amounts):
         tell(line)
+    for line in made.plan.hint:
+        notice.warning("%s", line)
     folder = folder.resolve() if folder.name in ("", "..") else folder
     first = description.seed
     runs = {folder: description}

@@ -54,6 +54,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     words = ["run-scene", str(folder / "two.yaml"), "--out", str(folder / "custom")]
     done = CliRunner(env={"COLUMNS": "300"}).invoke(app, words)
     assert done.exit_code == 0, done.output
+    assert "off, though not negligible (effects.NAME: on): liquid_weight" in done.stderr
     (folder / "two.yaml").unlink()
     (folder / "custom" / "printed.txt").write_text(done.stdout)
     choice = scenes.Choice(spheres=20, seconds=0.02)
