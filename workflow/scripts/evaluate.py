@@ -1,4 +1,4 @@
-"""Results, replay and files for ParaView of a case, in one process: half of the time of each is that of loading libraries."""
+"""Results, replay and files for ParaView of a case, in one process, which loads their libraries once."""
 
 from pathlib import Path
 

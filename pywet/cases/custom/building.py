@@ -283,11 +283,7 @@ class Building:
     def warnings(self) -> list[str]:
         """Return warnings for an amount of liquid without effect, and for spheres that may pass through walls."""
         found, liquid = [], self.user_scene.liquid
-        amount = (
-            None
-            if liquid is None
-            else next((n for n in ("percent", "film_um") if getattr(liquid, n) is not None), None)
-        )
+        amount = next((n for n in ("percent", "film_um") if getattr(liquid, n, None) is not None), None)
         if amount and all(s.percent is not None or s.film_um is not None for s in self.user_scene.spheres):
             found.append(
                 f"liquid.{amount} has no effect: all spheres have their own amount, those of a feed moisture_percent"

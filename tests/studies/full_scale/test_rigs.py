@@ -67,6 +67,9 @@ def test_a_statement_is_refuted_by_one_part_outside_its_range() -> None:
     seeds: Any = {2: [Number(k, 3.0 + 0.1 * k) for k in range(3)]}
     for value, refutes in ((1.5, 1), (1.6, None)):
         assert refuted(statement, {2: [Number(0, value)]}, seeds) == refutes  # type: ignore[list-item]
+    # the mean of four seeds has half the interval of one: 1.7 refutes `> 2` by it alone
+    assert refuted(statement, {2: [Number(0, 1.7)]}, seeds) is None  # type: ignore[list-item]
+    assert refuted(statement, {2: [Number(k, 1.7) for k in range(4)]}, seeds) == 1  # type: ignore[misc]
     assert refuted(statement, {1: [Number(0, -1.0)]}, seeds) is None  # type: ignore[list-item]  # no scatter is known
 
 
@@ -130,6 +133,8 @@ def test_what_the_page_says_of_its_presets_and_of_statements_that_no_run_confirm
     assert "23 are confirmed; on 200 mm 21 are, and 4 are inconclusive" in " ".join(rigs.HEAD.split())
     passed = [through({1: run}, 1, 0.01) for run in runs["sieve200"][1]]
     assert f"{sum(passed) / len(passed):.1f}" == "6.5"
+    first = {case: min(run.about["seed"] for run in found) for case, found in runs["sieve200"].items()}
+    assert first == dict.fromkeys(range(1, 19), 10007)  # of a case begun here with other seeds the full-scale page's
     _, none = rigs.any_reading(runs, variants(ROOT / rigs.CAMPAIGN)[""])
     parts = {part.range.replace("|", "&#124;"): part for s in STATEMENTS for part in s.parts if s.number in none}
     impossible = []
