@@ -107,6 +107,7 @@ def run_scene(
         return
     folder = out_dir or Path("results") / "scenes" / file.stem
     made = building.Building(description)
+    made.scene()  # its mistakes alone
     for line in made.plan.table if verbose else size_distribution.lines(made.amounts):
         tell(line)
     for line in made.plan.hint:
