@@ -19,9 +19,7 @@ import pandas as pd
 from pywet.cases.screening.verdict import LEDGER_TOLERANCE
 from pywet.cases.small.bodies import coordination, last
 from pywet.errors import PywetError
-from pywet.products import streams
-from pywet.products.apertures import of_deck
-from pywet.products.screening_report import RESULT
+from pywet.products import screening_report, streams
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.tables import ledger_error
 from pywet.scene import EngineScene
@@ -157,7 +155,7 @@ def _screen(run: RunDir) -> Iterator[Quantity]:
     if not run.scene.outlets:
         return
     for deck in range(1, streams.decks(run.scene) + 1):
-        numbers = run.json(f"results/{of_deck(RESULT, deck)}.json", dict[str, Any])
+        numbers = screening_report.stored(run.path, deck)
         of = f"deck {deck}, " if deck > 1 else ""
         for name, unit, value, ends, scale in _of_screen(numbers) if numbers else ():
             if value is not None:

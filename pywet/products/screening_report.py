@@ -17,6 +17,7 @@ from pywet.products.steady import block_mean
 from pywet.products.streams import PRODUCTS, Streams
 from pywet.runs.rundir import RunDir
 from pywet.util.files import finite, write_csv, write_json, write_table
+from pywet.util.notices import notice
 from pywet.util.ranges import LIMITS
 
 PER_HOUR = 3.6
@@ -188,6 +189,7 @@ def write(
     flowsheet.csv; for a deck beneath, its number is in their names.
     """
     numbers, curve, series = analyse(run_dir, aperture_mm, from_s, deck)
+    numbers["options"] = {k: v for k, v in (("aperture", aperture_mm), ("from", from_s)) if v is not None}
     folder = Path(run_dir) / "results"
     write_table(curve, folder / f"{of_deck('partition', deck)}.parquet", csv=True)
     write_table(series, folder / f"{of_deck('screen_series', deck)}.parquet", csv=True)
@@ -196,3 +198,13 @@ def write(
     defined: dict[str, Any] = finite(numbers)
     write_json(folder / f"{of_deck(RESULT, deck)}.json", defined)
     return defined
+
+
+def stored(run_dir: Path, deck: int = 1) -> dict[str, Any] | None:
+    """Return the numbers of a deck without options of `pywet screen`; those stored with options are computed anew, said so."""
+    numbers: dict[str, Any] | None = RunDir(Path(run_dir)).json(f"results/{of_deck(RESULT, deck)}.json", dict[str, Any])
+    if numbers and (given := numbers.get("options")):
+        options = " ".join(f"--{name} {value:g}" for name, value in given.items())
+        notice.warning("%s was last evaluated with %s: evaluated here without, as other runs", run_dir, options)
+        numbers = finite(analyse(run_dir, deck=deck)[0])
+    return numbers

@@ -9,13 +9,11 @@ from pywet.cases.custom import description, walls
 from pywet.cases.screening import cases
 from pywet.cases.screening.results import WALL_RESERVOIRS, column
 from pywet.config import Config
-from pywet.products.screening_report import RESULT
+from pywet.products import screening_report
 from pywet.products.streams import PRODUCTS
 from pywet.runs.loaded import Run
 from pywet.sweep.base_kind import Numbers
-from pywet.util.files import read_json
 
-EVALUATED = f"results/{RESULT}.json"
 OF_ANY = (
     "steps", "wall_time_s", "mass_kg", "initial_liquid_m3", "formations", "ruptures", "bridges_at_end",
     "energy_kinetic_J", "energy_spin_J", "energy_gravity_J",
@@ -62,8 +60,7 @@ def numbers(run: Run) -> Numbers:
     if run.has("results/fraction_retained.parquet"):
         last = run.fraction_retained.iloc[-1]
         found |= {f"{c}_end": last[c] for c in last.index if str(c).startswith("fraction_retained_")}
-    if run.has(EVALUATED):
-        evaluated = read_json(run.path / EVALUATED, "run the point again")
+    if evaluated := screening_report.stored(run.path):
         found |= {name: number(evaluated) for name, number in SCREEN.items()}
     return {name: None if value is None else float(value) for name, value in found.items()}
 

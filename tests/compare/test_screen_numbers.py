@@ -23,6 +23,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     folder = tmp_path_factory.mktemp("screens")
     first = made_up.make(folder / "0")
     given = screening_report.write(first, aperture_mm=2.5, from_s=0.2)
+    del given["options"]  # as if these were the run's own
+    (first / "results" / "screen.json").write_text(json.dumps(given))
     for k, (efficiency, moist) in enumerate(((0.05, 0.0), (0.001, 0.5), (0.002, 0.51)), start=1):
         run = shutil.copytree(first, folder / str(k))
         changed = json.loads(json.dumps(given))
@@ -105,3 +107,17 @@ def test_seeds_of_both_sides(runs: list[Path], monkeypatch: pytest.MonkeyPatch) 
     assert rows["moisture of the overs"].interval == pytest.approx(half)
     assert rows["moisture of the overs"].different
     assert found.verdict.startswith("1 of 5 numbers of the screen (moisture of the overs) and 0 of 0 other quantities")
+
+
+def test_options_of_an_evaluation_change_no_comparison(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """A run evaluated with another aperture and period is compared as it is without; said so."""
+    runs = [made_up.make(tmp_path / name) for name in "ab"]
+    whole, _ = (screening_report.write(run) for run in runs)
+    asked = screening_report.write(runs[1], aperture_mm=3.5, from_s=1.0)
+    assert asked["efficiency"] != whole["efficiency"] and asked["options"] == {"aperture": 3.5, "from": 1.0}
+    assert screening_report.stored(runs[0]) == whole and "evaluated" not in caplog.text
+    found = verdict.compare([runs[0]], [runs[1]])
+    assert {row.verdict for row in found.rows if row.quantity in NUMBERS} == {"identical"}
+    assert "b was last evaluated with --aperture 3.5 --from 1" in caplog.text
+    again = screening_report.stored(runs[1])
+    assert again is not None and again["efficiency"] == whole["efficiency"]
