@@ -135,7 +135,10 @@ def _screen(runs: Sequence[RunDir]) -> Iterator[str]:
 
 
 def _liquid(runs: Sequence[RunDir]) -> Iterator[str]:
-    """Yield the lines on the largest shares of liquid at the end and on the bridges; none for a dry run."""
+    """Yield the line on the largest shares of liquid at the end and on the bridges; none for a dry run.
+
+    With outlets, all spheres that are still inside are one share, and three more shares than outlets are named.
+    """
     from pywet.cases.screening.results import class_titles
 
     read = [_summary(run) for run in runs]
@@ -143,8 +146,11 @@ def _liquid(runs: Sequence[RunDir]) -> Iterator[str]:
         return
     names = filter(_reservoir, read[0]["liquid_end_m3"])
     shares = {n: [100.0 * s["liquid_end_m3"].get(n, 0.0) / s["initial_liquid_m3"] for s in read] for n in names}
-    largest = sorted(shares.items(), key=lambda entry: -mean(entry[1]))[:LARGEST]
-    titles = class_titles(runs[0].scene)
+    titles, outlets = class_titles(runs[0].scene), runs[0].scene.outlets
+    if outlets:
+        inside = [shares.pop(name) for name in titles if name in shares]
+        shares["spheres inside"] = [sum(of_run) for of_run in zip(*inside, strict=True)]
+    largest = sorted(shares.items(), key=lambda entry: -mean(entry[1]))[: LARGEST + len(outlets)]
     text = ", ".join(f"{with_interval(share)} % {titles.get(n, n.replace('_', ' '))}" for n, share in largest)
     events = [s["events"] for s in read if s["events"]]
     counts = [with_interval([e[kind] for e in events]) for kind in ("formations", "ruptures")] if events else []

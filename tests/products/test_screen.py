@@ -6,6 +6,7 @@ import json
 import math
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -389,3 +390,23 @@ def test_a_class_that_has_exactly_the_share_encloses_it_whatever_the_rounding() 
         assert plant.size_of([(2.5, t, 1.0 - t), (3.5, 1.0, 1.0)], 0.25) == pytest.approx(2.5, rel=1e-12)
         ends = pd.DataFrame({"diameter_mm": [2.5, 3.5], "T": [0.1, t]})
         assert size_at(ends, 0.25) == pytest.approx(3.5, rel=1e-12)
+
+
+def test_liquid_of_a_deck_at_the_end_by_product(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both products and what is still inside, all classes in one, are named before small shares of walls."""
+    there = {
+        "spheres_a": 1.0,
+        "spheres_b": 2.0,
+        "outlet_overs": 4.0,
+        "outlet_unders": 2.5,
+        "wall_screen": 0.4,
+        "left": 0.1,
+    }
+    summary = {"initial_liquid_m3": 10.0, "liquid_end_m3": {**there, "total": 10.0}, "events": None}
+    monkeypatch.setattr(ending, "_summary", lambda run: summary)
+    classes = [SimpleNamespace(name=name) for name in "ab"]
+    run = SimpleNamespace(scene=SimpleNamespace(classes=classes, outlets=[None, None]))
+    said = "liquid at the end: 40 % outlet overs, 30 % spheres inside, 25 % outlet unders, 4 % wall screen, 1 % left"
+    assert [*ending._liquid([run])] == [said]  # type: ignore[list-item]
+    run.scene.outlets = []
+    assert [*ending._liquid([run])] == ["liquid at the end: 40 % outlet overs, 25 % outlet unders, 20 % spheres b"]  # type: ignore[list-item]
