@@ -62,14 +62,30 @@ def waiting(
                 places[n] = place
                 break
         else:
+            share = _share(entry, classes, entries)
             raise ConfigError(
-                f"spheres {entry.name}: {n} fit into their path, the next does not; expected fewer, a larger region, a longer "
-                "insertion.for_s or a larger velocity_m_per_s",
+                f"spheres {entry.name}: no place is left for the sphere that enters at {at:.3g} s, after {n} others; all that "
+                f"enter here are {100 * share:.0f} % of the volume that passes per second, and random places hold about 35 %; "
+                "expected a lower rate or fewer spheres, a larger region, a longer insertion.for_s or a larger velocity_m_per_s",
                 code="scene.crowded_feed",
                 key=f"spheres.{entry.name}",
-                given=n,
+                given=share,
             )
     return pd.DataFrame({"type": kinds, **dict(zip("xyz", places.T, strict=True))})
+
+
+def _share(entry: Spheres, classes: Sequence[SphereClass], entries: Sequence[Spheres]) -> float:
+    """Volume of spheres that enter per second, at most, in the region of an entry, over the volume that it sweeps per second."""
+    region = (entry.box or entry.cylinder).region()  # type: ignore[union-attr]
+    (x, y), z = region.sides_m, region.z_high_m - region.z_low_m
+    across = np.array([y * z, x * z, x * y if region.shape == "square" else math.pi / 4.0 * x * y])
+    swept = float(np.abs(entry.velocity_m_per_s) @ across)
+    same = [c for c, e in zip(classes, entries, strict=True) if (e.box, e.cylinder) == (entry.box, entry.cylinder)]
+    rate = 0.0
+    for c, insertion in ((c, c.insertion) for c in same if c.insertion):
+        most = {"ramp": 2.0, "pulsed": 1.0 / insertion.pulse_share}.get(insertion.profile, 1.0)
+        rate += most * c.count * 4.0 / 3.0 * math.pi * c.radius_m**3 / insertion.for_s
+    return rate / swept if swept else math.inf
 
 
 def _refuse_narrow(entry: Spheres, sphere: SphereClass, ahead: float | None) -> None:

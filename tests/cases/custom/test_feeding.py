@@ -73,6 +73,17 @@ def test_a_feed_that_cannot_be_is_refused(
         _ = Building(pywet.Scene(**{**inserted(**entry), "walls": walls})).spheres
 
 
+@pytest.mark.parametrize(
+    ("profile", "peak"), [({}, 1.0), ({"profile": "pulsed", "pulses": 2}, 2.0), ({"profile": "ramp"}, 2.0)]
+)
+def test_too_high_a_rate_is_named_as_a_share_of_the_stream(profile: dict[str, Any], peak: float) -> None:
+    """140 spheres of 3 mm in 0.06 s through 20 mm x 20 mm at 0.2 m/s; a stream of a third of the volume is possible."""
+    _ = Building(pywet.Scene(**inserted(count=110))).spheres
+    with raises_code("scene.crowded_feed", key="spheres.beads") as error:
+        _ = Building(pywet.Scene(**inserted(count=140, insertion={"from_s": 0.01, "for_s": 0.06, **profile}))).spheres
+    assert error.value.given == pytest.approx(peak * 140 * np.pi / 6 * 0.003**3 / 0.06 / (0.02 * 0.02 * 0.2))
+
+
 @pytest.mark.engine
 def test_a_dry_feed_falls_from_where_it_enters(tmp_path: Path) -> None:
     """Straight on until then, free fall after: z - z0 = v t - g (t - t_enters)^2/2."""
