@@ -60,6 +60,7 @@ def five(numbers: dict[str, Any]) -> dict[str, str]:
     cut = numbers.get("d50_low_mm"), numbers.get("d50_high_mm")
     sharp = numbers.get("efficiency_low"), numbers.get("efficiency_high")
     products = " / ".join(measured(moist[p], scatter.get(p), " %") for p in PRODUCTS)
+    products += f", feed {shown(numbers['feed_moisture_percent'], ' %')}"
     return {
         "cut size d50": between(numbers["d50_mm"], cut, " mm") + _outside(numbers, "d50_mm"),
         "ecart probable": shown(numbers["ecart_probable_mm"], " mm") + _outside(numbers, "ecart_probable_mm"),
@@ -158,7 +159,7 @@ def _more(numbers: dict[str, Any]) -> dict[str, str]:
         "size that parts undersize from oversize": ("reference_mm", 1.0, " mm"),
         "undersize recovery": ("undersize_recovery", 100.0, " %"), "oversize recovery": ("oversize_recovery", 100.0, " %"),
         "purity of the unders": ("unders_purity", 100.0, " %"), "purity of the overs": ("overs_purity", 100.0, " %"),
-        "misplaced, of the feed": ("misplaced", 100.0, " %"), "feed moisture": ("feed_moisture_percent", 1.0, " %"),
+        "misplaced, of the feed": ("misplaced", 100.0, " %"),
     }  # fmt: skip
     found = {
         name: shown(numbers[key] if numbers[key] is None else factor * numbers[key], unit)
