@@ -87,7 +87,8 @@ def rabinovich(
         F = 2π σ r (cos θ_i + cos θ_w)/(1 + S/d) + 2π σ r sin φ sin(φ + θ_m),  φ = √(2d/r),
         d = (V/(π r))/(S + √(S² + V/(π r))).
 
-    Valid for small bridges (V* up to about 0.1) and contact angles below 90°. S ≤ 0: the limit S → 0.
+    Valid for little liquid and contact angles below 90°. Spheres at touch, above the exact force at 0° and 20°: 10 and 18 % at
+    V* = 0.00125, 24 and 38 % at 0.0125, 56 and 81 % at 0.1. S ≤ 0: the limit S → 0.
 
     References
     ----------

@@ -110,8 +110,8 @@ def _choice(cost: Frame) -> str:
     return paragraph(
         "Take `young_laplace`: the exact force, from a table made once per pair of contact angles; a bridge met before costs "
         f"{ratio:.1f} times a call of `rabinovich` here. Without tables, `willett` or `bagheri` are the best closed forms for "
-        "equal spheres and contact angles up to about 40°. `rabinovich` reproduces the paper; it is much too strong as soon as "
-        "the liquid does not wet perfectly."
+        "equal spheres and contact angles up to about 40°. `rabinovich` reproduces the paper; it is too strong, the more so "
+        "the more liquid there is and the less it wets."
     )
 
 

@@ -11,6 +11,7 @@ from pywet.laws.capillary_fits import willett
 from pywet.laws.formation import formation_sphere
 from pywet.laws.rupture import pitois_dynamic, willett_unequal
 from pywet.laws.viscous import goldman_rotation, goldman_translation, pitois
+from reference_impl.bridge import bridge as reference
 
 SIGMA, ETA = 0.0728, 1e-3
 PAIRS = [(2e-3, 2e-3), (3e-3, 2e-3), (5e-3, 1.5e-3), (2.5e-3, math.inf)]
@@ -33,6 +34,17 @@ def test_willetts_fit_ends_where_his_volumes_do() -> None:
         at_end, further, before = (willett(0.0, v * 8e-9, 2e-3, 2e-3, 0.3, 0.3, SIGMA) for v in (end, beyond, inside))
         assert further == pytest.approx(at_end, rel=1e-14)
         assert abs(before / at_end - 1.0) > 1e-5
+
+
+@pytest.mark.parametrize(
+    ("v", "angle", "above"),
+    [(1.25e-3, 0, 10), (1.25e-3, 20, 18), (0.0125, 0, 24), (0.0125, 20, 38), (0.1, 0, 56), (0.1, 20, 81)],
+)
+def test_rabinovich_at_touch_is_above_the_exact_force_as_documented(v: float, angle: float, above: float) -> None:
+    """In per cent, by the reference's own solution of the exact bridge."""
+    given = v * 8e-9, 2e-3, 2e-3, math.radians(angle), math.radians(angle)
+    exact = SIGMA * reference.solve(0.0, *given).force
+    assert 100.0 * (rabinovich(0.0, *given, SIGMA) / exact - 1.0) == pytest.approx(above, abs=0.5)
 
 
 @pytest.mark.parametrize(("ri", "rj"), PAIRS)
