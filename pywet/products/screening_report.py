@@ -201,7 +201,7 @@ def write(
 
 
 def stored(run_dir: Path, deck: int = 1) -> dict[str, Any] | None:
-    """Return the numbers of a deck without options of `pywet screen`; those stored with options are computed anew, said so."""
+    """Return the numbers of a deck without options of `pywet screen`; those stored with options are computed again."""
     numbers: dict[str, Any] | None = RunDir(Path(run_dir)).json(f"results/{of_deck(RESULT, deck)}.json", dict[str, Any])
     if numbers and (given := numbers.get("options")):
         options = " ".join(f"--{name} {value:g}" for name, value in given.items())

@@ -406,7 +406,7 @@ def test_liquid_of_a_deck_at_the_end_by_product(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(ending, "_summary", lambda run: summary)
     classes = [SimpleNamespace(name=name) for name in "ab"]
     run = SimpleNamespace(scene=SimpleNamespace(classes=classes, outlets=[None, None]))
-    said = "liquid at the end: 40 % outlet overs, 30 % spheres inside, 25 % outlet unders, 4 % wall screen, 1 % left"
-    assert [*ending._liquid([run])] == [said]  # type: ignore[list-item]
+    printed = "liquid at the end: 40 % outlet overs, 30 % spheres inside, 25 % outlet unders, 4 % wall screen, 1 % left"
+    assert [*ending._liquid([run])] == [printed]  # type: ignore[list-item]
     run.scene.outlets = []
     assert [*ending._liquid([run])] == ["liquid at the end: 40 % outlet overs, 25 % outlet unders, 20 % spheres b"]  # type: ignore[list-item]
