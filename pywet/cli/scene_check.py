@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from pywet.cases.custom.building import Building, feeds
 from pywet.cases.custom.description import Scene
 from pywet.cost.command import duration
+from pywet.scene import EngineScene
 from pywet.sweep.costs import of_scene
+
+NEAR = 0.8
+"""Diameter over aperture of the class whose adhesion number is printed: the near-mesh size of docs/screens.md."""
 
 
 def lines(scene: Scene, reasons: bool = False) -> list[str]:
@@ -23,4 +29,18 @@ def lines(scene: Scene, reasons: bool = False) -> list[str]:
         *feeds(scene, built.classes),
         *(made.plan.lines if reasons else [*made.plan.table, *made.plan.hint]),
         *made.warnings,
+        *_deck(scene, built),
     ]
+
+
+def _deck(scene: Scene, built: EngineScene) -> Iterator[str]:
+    """Yield the throw number of a deck, and for a moist feed its adhesion number."""
+    if (deck := scene.deck) is None:
+        return
+    yield f"throw number {deck.throw_number:.3g}"
+    if built.liquid is None:
+        return
+    near = min(built.classes, key=lambda c: abs(2e3 * c.radius_m - NEAR * deck.aperture_mm))
+    given = near.radius_m, near.density_kg_per_m3, near.contact_angle_rad, built.liquid.surface_tension_N_per_m
+    number = f"{deck.adhesion_number(*given):.2g} ({near.name})"
+    yield f"adhesion number {number}: above 1 it may block (pywet docs screens)"

@@ -15,8 +15,9 @@ import pywet
 from pywet.cases.custom.building import Building, write
 from pywet.cli import scene_check
 from pywet.cli.app import app
+from pywet.products.deck import Stroke
 from pywet.scene import EngineScene
-from tests.cases.custom.conftest import beads
+from tests.cases.custom.conftest import beads, example
 from tests.error_codes import raises_code
 
 SPHERE_KG = 2500 * math.pi / 6 * 0.003**3
@@ -120,6 +121,20 @@ def test_a_check_of_a_feed_fits_80_columns() -> None:
     (hint,) = (line for line in found if line.startswith("off, though"))
     assert hint == "off, though not negligible (effects.NAME: on): liquid_weight, shedding"
     assert any("film / radius = " in line for line in scene_check.lines(scene, reasons=True))
+
+
+def test_a_check_of_a_deck_has_its_throw_and_adhesion_numbers() -> None:
+    """2 mm at 20 Hz and 45°, inclined by 15°: 22.33 m/s² over g cos 15°; 2πrσ cos 30°/(m g cos 15° (Γ - 1)) of the 4.059 mm."""
+    throw, adhesion = scene_check.lines(example("deck"))[-2:]
+    acceleration = 0.002 * (40 * math.pi) ** 2 * math.sin(math.radians(45))
+    normal = 9.81 * math.cos(math.radians(15))
+    assert throw == f"throw number {acceleration / normal:.3g}" == "throw number 2.36"
+    number = 6 * 0.0728 * math.cos(math.radians(30)) / (2650 * 0.0040586**2 * (acceleration - normal))
+    assert adhesion.startswith(f"adhesion number {number:.2g} (ore 4.059 mm)")
+    deck = example("deck").deck
+    assert deck is not None
+    slow = deck.model_copy(update={"stroke": Stroke(amplitude_mm=2, frequency_Hz=10)})
+    assert math.isinf(slow.adhesion_number(1e-3, 2650.0, 0.0, 0.07))
 
 
 def test_an_amount_of_liquid_that_no_sphere_has_is_named() -> None:
