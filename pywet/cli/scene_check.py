@@ -37,7 +37,7 @@ def _deck(scene: Scene, built: EngineScene) -> Iterator[str]:
     """Yield the throw number of a deck, and for a moist feed its adhesion number."""
     if (deck := scene.deck) is None:
         return
-    yield f"throw number {deck.throw_number:.3g}"
+    yield f"throw number {deck.acceleration_ratio:.3g}"
     if built.liquid is None:
         return
     near = min(built.classes, key=lambda c: abs(2e3 * c.radius_m - NEAR * deck.aperture_mm))

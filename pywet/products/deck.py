@@ -168,8 +168,8 @@ class Deck(Mesh):
         return G * math.sin(angle), 0.0, -G * math.cos(angle)
 
     @property
-    def throw_number(self) -> float:
-        """Return the largest acceleration of the deck normal to itself over that of gravity."""
+    def acceleration_ratio(self) -> float:
+        """Return the throw number: largest acceleration of the deck normal to itself over that of gravity."""
         normal = 1e-3 * self.stroke.vibrates()["amplitude_mm"][2] * (2.0 * math.pi * self.stroke.frequency_Hz) ** 2
         return normal / -self.gravity[2]
 
@@ -182,12 +182,12 @@ class Deck(Mesh):
         docs/screens.md no deck was blocked up to 1, with spheres of 0.8 apertures.
 
         >>> deck = Deck(length_mm=60, width_mm=35, aperture_mm=5, wire_mm=2, stroke={"amplitude_mm": 2, "frequency_Hz": 20})
-        >>> f"{deck.throw_number:.2f} {deck.adhesion_number(0.002, 2650.0, 0.0, 0.072):.2f}"
+        >>> f"{deck.acceleration_ratio:.2f} {deck.adhesion_number(0.002, 2650.0, 0.0, 0.072):.2f}"
         '2.28 0.81'
         """
         force = 2.0 * math.pi * radius_m * tension_N_per_m * math.cos(angle_rad)
         mass = density_kg_per_m3 * 4.0 / 3.0 * math.pi * radius_m**3
-        thrown = mass * -self.gravity[2] * (self.throw_number - 1.0)
+        thrown = mass * -self.gravity[2] * (self.acceleration_ratio - 1.0)
         return force / thrown if thrown > 0.0 else math.inf
 
     @property
@@ -254,7 +254,7 @@ class Deck(Mesh):
 
         >>> stroke = {"amplitude_mm": 2, "frequency_Hz": 20}
         >>> deck = Deck(length_mm=60, width_mm=35, aperture_mm=5, wire_mm=2, stroke=stroke)
-        >>> f"{deck.open_area(deck):.4f}"
+       >>> f"{deck.open_area(deck):.4f}"
         '0.5102'
         """
         if not deck.is_plate:

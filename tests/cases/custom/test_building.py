@@ -123,12 +123,12 @@ def test_a_check_of_a_feed_fits_80_columns() -> None:
     assert any("film / radius = " in line for line in scene_check.lines(scene, reasons=True))
 
 
-def test_a_check_of_a_deck_has_its_throw_and_adhesion_numbers() -> None:
+def test_a_check_of_a_deck_has_its_acceleration_and_adhesion_number() -> None:
     """2 mm at 20 Hz and 45°, inclined by 15°: 22.33 m/s² over g cos 15°; 2πrσ cos 30°/(m g cos 15° (Γ - 1)) of the 4.059 mm."""
-    throw, adhesion = scene_check.lines(example("deck"))[-2:]
+    ratio, adhesion = scene_check.lines(example("deck"))[-2:]
     acceleration = 0.002 * (40 * math.pi) ** 2 * math.sin(math.radians(45))
     normal = 9.81 * math.cos(math.radians(15))
-    assert throw == f"throw number {acceleration / normal:.3g}" == "throw number 2.36"
+    assert ratio == f"throw number {acceleration / normal:.3g}" == "throw number 2.36"
     number = 6 * 0.0728 * math.cos(math.radians(30)) / (2650 * 0.0040586**2 * (acceleration - normal))
     assert adhesion.startswith(f"adhesion number {number:.2g} (ore 4.059 mm)")
     deck = example("deck").deck
