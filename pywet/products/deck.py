@@ -254,7 +254,7 @@ class Deck(Mesh):
 
         >>> stroke = {"amplitude_mm": 2, "frequency_Hz": 20}
         >>> deck = Deck(length_mm=60, width_mm=35, aperture_mm=5, wire_mm=2, stroke=stroke)
-       >>> f"{deck.open_area(deck):.4f}"
+        >>> f"{deck.open_area(deck):.4f}"
         '0.5102'
         """
         if not deck.is_plate:
