@@ -45,6 +45,8 @@ def screen_numbers(
     for run, numbers in found.items():
         if warning := screen_page.unsteady(numbers):
             tell(f"{f'{run}: ' if len(found) > 1 else ''}{warning}")
+    for line in dict.fromkeys(line for run in found for line in screen_page.left_out(run)):
+        tell(line)
     tell("± and ( – ): 95 % intervals within a run; other seeds may scatter more")
     for scene in scenes:
         for line in _over_seeds([found[run] for run in scene]):

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from pywet.config.entries import Excusable
+from pywet.errors import PywetError
 from pywet.products.size_classes import SizeDistribution, Sizes
 from pywet.scene import Positive
 
@@ -67,11 +68,25 @@ def entries(
 
 def sentence(name: str, sizes: Sizes, spheres: int) -> str:
     """Describe a feed in one sentence: number and sizes of spheres, mass left out."""
-    cut = [
-        f"{100 * part:.2g} % of its mass {where}"
-        for part, where in ((sizes.below, "finer"), (sizes.above, "coarser"))
-        if part > 0
-    ]
-    left_out = f"; left out: {' and '.join(cut)}" if cut else ""
+    left_out = f"; left out: {cut}" if (cut := cut_off(sizes)) else ""
     smallest, largest = sizes.diameter_mm.min(), sizes.diameter_mm.max()
     return f"feed {name}: {spheres} spheres of {len(sizes.share)} sizes, {smallest:.3g} to {largest:.3g} mm{left_out}"
+
+
+def cut_off(sizes: Sizes) -> str:
+    """Describe the shares of a feed's mass that are finer and coarser than the simulated sizes; empty if there are none."""
+    parts = (sizes.below, "finer"), (sizes.above, "coarser")
+    return " and ".join(f"{100 * part:.2g} % of its mass {where}" for part, where in parts if part > 0)
+
+
+def not_simulated(description: dict[str, Any]) -> list[str]:
+    """Return a sentence for each feed of a scene of which sizes were left out, as far as its size distribution is there."""
+    found = []
+    for entry in description.get("feed") or ():
+        try:
+            cut = cut_off(SizeDistribution.model_validate(entry["psd"]).sizes(Path()))
+        except PywetError:  # its file is elsewhere now
+            continue
+        if cut:
+            found.append(f"feed {entry['name']} was simulated without {cut}: the numbers are those of the rest")
+    return found

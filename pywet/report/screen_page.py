@@ -14,6 +14,7 @@ from matplotlib.collections import PolyCollection
 from pywet import run_folder
 from pywet.products import apertures, screening_report, until
 from pywet.products.apertures import of_deck
+from pywet.products.feed import not_simulated
 from pywet.products.screening_report import RESULT
 from pywet.products.streams import PRODUCTS, decks
 from pywet.report import page
@@ -127,6 +128,11 @@ def unsteady(numbers: dict[str, Any]) -> str | None:
     if numbers["steady"]:
         return None
     return f"not steady: means over the last {numbers['to_s'] - numbers['from_s']:.3g} s of the feed"
+
+
+def left_out(folder: Path) -> list[str]:
+    """Return sentences on the sizes of the feeds that were not simulated."""
+    return not_simulated(RunDir(folder).json("description.json", dict[str, Any]) or {})
 
 
 def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: pd.DataFrame) -> list[page.Section]:
@@ -298,7 +304,7 @@ def write(folder: Path, numbers: dict[str, Any]) -> Path:
     """Write the page of a deck of an evaluated run and return its path."""
     deck = numbers["deck"]
     warning = unsteady(numbers)
-    lead = f"{warning[0].upper()}{warning[1:]}. " if warning else ""
+    lead = "".join(f"{line[0].upper()}{line[1:]}. " for line in (warning, *left_out(folder)) if line)
     lead += "Partition, efficiency, throughput, products, with 95 % intervals within the run."
     return page.write(
         page_of(folder, deck), f"Screen: {numbers['run']}", lead, _of_deck(RunDir(folder), deck), cards(five(numbers))
