@@ -15,7 +15,7 @@ from pywet.config.loading import begun, placed_laws, read_yaml
 from pywet.errors import PywetError
 from pywet.planning.effect_plan import EffectPlan
 from pywet.products import until
-from pywet.runs import second
+from pywet.runs import record
 from pywet.runs.loaded import Run
 from pywet.runs.rundir import RunDir
 from pywet.util.files import read_bytes
@@ -102,11 +102,11 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
     if not str(folder):
         raise PywetError("the folder of the run is empty; expected the path of a run directory", code="scene.no_folder")
     where, word = Path(folder), fingerprint(scene)
-    with identity.held(where, word):
-        blocks = until.under_way(where) if scene.until and identity.left(where) == word else None
-        identity.leave(where, word)
+    with record.held(where, word):
+        blocks = until.under_way(where) if scene.until and record.left_identity(where) == word else None
+        record.leave_identity(where, word)
         building.write(scene, where, blocks)
-        second.leave(where, placed_laws(scene.laws, scene.folder, scene.file is None).reference)
+        record.leave_reference(where, placed_laws(scene.laws, scene.folder, scene.file is None).reference)
         stages.simulate(where, ranks, progress, extend=until.extension(scene.until) if scene.until else None)
         results.write(where)
         try:
@@ -117,8 +117,8 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
 
 
 def held(scene: Scene, folder: Path) -> AbstractContextManager[None]:
-    """Lock a folder for the run of this scene, see `identity.held`."""
-    return identity.held(folder, fingerprint(scene))
+    """Lock a folder for the run of this scene, see `record.held`."""
+    return record.held(folder, fingerprint(scene))
 
 
 def fingerprint(scene: Scene) -> str:

@@ -8,19 +8,18 @@ stages.
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pywet import run_folder
-from pywet.cases.screening.status import EVALUATIONS, NEEDS, Status, missing, problems, results_made, status_path
+from pywet.cases.screening import verdict
 from pywet.engines.choice import chosen
-from pywet.errors import PywetError, one_line, refused
-from pywet.util.files import write_json
-from pywet.util.notices import notice, shown
+from pywet.errors import PywetError
+from pywet.runs import record
+from pywet.runs.record import NEEDS, Status, attempt
+from pywet.util.notices import shown
 
 if TYPE_CHECKING:
     from pywet.config import Config
@@ -36,51 +35,6 @@ def logged(path: Path, echo: bool = False) -> Iterator[None]:
     finally:
         if echo:
             sys.stderr.write(path.read_text())
-
-
-def attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool = True) -> Status:
-    """Run a stage if the one that it requires succeeded; write and return its status.
-
-    An unexpected exception, a fault of pywet, is in the status as well; with `aloud` its traceback and the reason
-    of the failure are printed as notices, otherwise it is raised.
-    """
-    with run_folder.hold(run_dir, shared=stage in EVALUATIONS):
-        return _attempt(run_dir, stage, work, aloud)
-
-
-def _attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool) -> Status:
-    needed = NEEDS[stage]
-    earlier = Status.read(status_path(run_dir, needed)) if needed else None
-    started, fault = time.monotonic(), None
-    if earlier is not None and not earlier.ok:
-        status = Status(stage, False, 0.0, earlier.failed_at, earlier.reason, earlier.code)
-    else:
-        (reason, code), fault = _run(work)
-        failed_at = None if reason is None else stage
-        status = Status(stage, reason is None, time.monotonic() - started, failed_at, reason, code)
-    run_folder.check_held(run_dir)
-    write_json(status_path(run_dir, stage), asdict(status))
-    if fault is not None and not aloud:
-        raise fault
-    if fault is not None:
-        notice.error("a fault in the program", exc_info=fault)
-    if not status.ok and aloud:
-        notice.error(f"{Path(run_dir).name}: stage {status.failed_at} failed: {status.reason}")
-    return status
-
-
-def _run(work: Callable[[], Any]) -> tuple[tuple[str | None, str | None], Exception | None]:
-    """Run the work; return the reason of a failure in one sentence with its code, and the exception if it is a fault of pywet."""
-    try:
-        work()
-    except PywetError as error:
-        return (str(error), error.code), None
-    except OSError as error:
-        return (refused(error), None), None
-    except Exception as error:
-        sentence = f"fault in the program, {type(error).__name__}: {one_line(error)} (traceback in the log)"
-        return (sentence, None), error
-    return (None, None), None
 
 
 def resolved(
@@ -101,26 +55,66 @@ def resolved(
     return loaded if preset is None else loaded.with_preset(preset)
 
 
+def carry_out(
+    config: Config,
+    case: int,
+    scale: str,
+    run_dir: Path,
+    engine: str = "liggghts",
+    ranks: int = 1,
+    say: Callable[[str], object] | None = None,
+) -> Status | None:
+    """Run the stages of a case that its locked folder lacks; return the status of one that failed, which ends the run.
+
+    A finished run lacks none, or the replay if user reference implementations have changed. `say` is given sentences
+    on what is run and how long it takes; without it the engine displays no progress either.
+    """
+    tell = say or (lambda sentence: None)
+    work = {
+        "scene": lambda: build(config, case, scale, run_dir, engine),
+        "simulate": lambda: simulate(run_dir, ranks, say is not None, engine),
+        "results": lambda: results(run_dir),
+        "replay": lambda: replay(run_dir),
+    }
+    if same_run(config, case, scale, run_dir, engine):
+        tell(f"{run_dir} holds this very run: nothing it depends on has changed")
+        if record.same_reference(run_dir, config.settings.laws.reference):
+            return None
+        tell("except user reference implementations: it is replayed again")
+        record.leave_reference(run_dir, config.settings.laws.reference)
+        work = {"replay": work["replay"]}
+    for stage in work:
+        if stage == "simulate" and engine == "liggghts" and say:
+            _advise(config, case, scale, say)
+        status = attempt(run_dir, stage, work[stage], aloud=False)
+        if not status.ok:
+            return status
+    return None
+
+
+def _advise(config: Config, case: int, scale: str, say: Callable[[str], object]) -> None:
+    """Say the predicted time of a run, if this machine has been measured, and how its time step would be longer."""
+    from pywet.cases.screening import cases
+    from pywet.cost import command
+
+    if time := command.predicted(config, case, scale):
+        say(f"{config.case(case).name} at scale {scale}: {time}")
+    if step := cases.shorter_step(config, case, scale):
+        say(step)
+
+
 def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> None:
     """Run the stage scene: configuration -> run directory."""
-    from pywet.cases.screening import cases, identity
-    from pywet.runs import second
+    from pywet.cases.screening import cases
 
     cases.build(config, case, scale, run_dir)
-    second.leave(run_dir, config.settings.laws.reference)
-    identity.leave(run_dir, fingerprint(config, case, scale, engine))
+    record.leave_reference(run_dir, config.settings.laws.reference)
+    record.leave_identity(run_dir, fingerprint(config, case, scale, engine))
 
 
 def same_run(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> bool:
     """Return whether a folder contains the finished, replayed run of this case: same scene, laws, plugin and engine."""
-    from pywet.cases.screening import identity
-
-    if missing(run_dir):
-        return False
-    left = [status_path(run_dir, stage) for stage in ("simulate", "replay", "results")]
-    if not all(path.exists() and Status.read(path).ok for path in left):
-        return False
-    return identity.left(run_dir) == fingerprint(config, case, scale, engine)
+    return record.finished(run_dir) and record.left_identity(run_dir) == fingerprint(config, case, scale, engine)
 
 
 def fingerprint(config: Config, case: int, scale: str, engine: str = "liggghts") -> str:
@@ -151,7 +145,6 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
     A dry run without recorded motion in windows has nothing to replay (None); its completeness is still checked.
     """
     from pywet.planning import audit
-    from pywet.runs import second
     from reference_impl.replay import command, whole
     from reference_impl.replay.io import ReplayError
     from reference_impl.replay.replay import replay as recompute
@@ -162,7 +155,7 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
         if command.nothing_to_replay(folder):
             whole.check(folder)
             return None
-        replayed: dict[str, Any] = recompute(folder, functions=second.of_run(folder))
+        replayed: dict[str, Any] = recompute(folder, functions=record.reference(folder))
     except ReplayError as error:
         raise PywetError(str(error), code="replay.refused", where=folder) from error
     audit.write(folder)
@@ -228,7 +221,7 @@ def first_moist(run_dirs: Iterable[Path]) -> Path | None:
     from pywet.runs.rundir import RunDir
 
     for run_dir in run_dirs:
-        if results_made(run_dir) and RunDir(run_dir).moist:
+        if Status.read(run_dir, "results").ok and RunDir(run_dir).moist:
             return run_dir
     return None
 
@@ -237,8 +230,7 @@ def judge(run_dirs: Iterable[Path]) -> list[str]:
     """Return all problems of all cases, one line each; failed stages lose their status, so that the next call repeats them."""
     lines = []
     for run_dir in run_dirs:
-        lines += [f"{run_dir.name}: {text}" for text in problems(run_dir)]
-        for path in (status_path(run_dir, stage) for stage in NEEDS):
-            if path.exists() and not Status.read(path).ok:
-                run_folder.remove(run_dir, f"status/{path.name}")
+        lines += [f"{run_dir.name}: {text}" for text in verdict.problems(run_dir)]
+        failed = [stage for stage in NEEDS if not Status.read(run_dir, stage).ok]
+        run_folder.remove(run_dir, *map(record.STATUS.format, failed))
     return lines

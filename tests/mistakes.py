@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -21,7 +21,6 @@ import scipy.optimize
 
 from pywet import config, stages
 from pywet.calibration import experiments, question
-from pywet.cases.screening.status import Status, status_path
 from pywet.cases.script import run as script_run
 from pywet.cases.small import bridge_engine, bridge_query, scenes
 from pywet.collisions.spheres import forms, problem
@@ -48,6 +47,7 @@ from pywet.report import collect, render, scene_page, vtk, vtkhdf
 from pywet.run_folder import LOCK, claim, hold, refuse_within
 from pywet.runs import summary, tables
 from pywet.runs.loaded import Run
+from pywet.runs.record import Status
 from pywet.runs.rundir import RunDir
 from pywet.schema import SPHERE, TABLES
 from pywet.util import caches, files, options
@@ -161,7 +161,7 @@ def failed(run: Path) -> Path:
 
 def noted(run: Path) -> Path:
     """A run whose stage results has its status."""
-    files.write_json(status_path(run, "results"), asdict(Status("results", True, 0.0)))
+    Status("results", True, 0.0).write(run)
     return run
 
 

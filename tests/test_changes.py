@@ -8,14 +8,13 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import asdict
 from pathlib import Path
 
 import pytest
 
 from pywet import config, stages
 from pywet.cases.screening import identity
-from pywet.util.files import write_json
+from pywet.runs import record
 
 ROOT = Path(__file__).parent.parent
 CASES = "cases=[2,10,11]"
@@ -167,14 +166,12 @@ def test_a_folder_that_holds_this_very_run_is_known(tmp_path: Path) -> None:
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
     for stage in ("simulate", "results", "replay"):
-        write_json(stages.status_path(tmp_path, stage), asdict(stages.Status(stage, True, 1.0)))
+        stages.Status(stage, True, 1.0).write(tmp_path)
     assert not stages.same_run(configured, 10, "smoke", tmp_path)
-    identity.leave(tmp_path, f"liggghts {word}")
+    record.leave_identity(tmp_path, f"liggghts {word}")
     assert stages.same_run(configured, 10, "smoke", tmp_path)
     assert not stages.same_run(configured.with_seed(3), 10, "smoke", tmp_path)
     assert not stages.same_run(configured, 10, "smoke", tmp_path, engine="yade")
     assert not stages.same_run(configured, 13, "smoke", tmp_path)
-    write_json(
-        stages.status_path(tmp_path, "replay"), asdict(stages.Status("replay", False, 1.0, "replay", "no table"))
-    )
+    stages.Status("replay", False, 1.0, "replay", "no table").write(tmp_path)
     assert not stages.same_run(configured, 10, "smoke", tmp_path)

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from pywet import stages
-from pywet.cases.screening import status, verdict
+from pywet.cases.screening import verdict
 from pywet.errors import PywetError
+from pywet.runs import record
 from pywet.runs.rundir import RunDir
 from tests.cases.screening import synthetic
 
@@ -33,16 +34,16 @@ def _finish(run_dir: Path, fail_at: str | None = None) -> None:
 
 def test_a_failed_stage_keeps_its_reason_and_the_next_pass_it_on(tmp_path: Path) -> None:
     _finish(tmp_path, fail_at="simulate")
-    last = stages.Status.read(stages.status_path(tmp_path, "vtk"))
+    last = stages.Status.read(tmp_path, "vtk")
     assert (last.ok, last.failed_at, last.code) == (False, "simulate", "engine.stopped")
-    assert stages.problems(tmp_path) == ["stage simulate failed: the engine was given nonsense"]
+    assert verdict.problems(tmp_path) == ["stage simulate failed: the engine was given nonsense"]
 
 
 def test_a_failed_replay_does_not_take_the_results_along(tmp_path: Path) -> None:
     run = synthetic.make(tmp_path / "case02")
     _finish(run, fail_at="replay")
-    assert stages.results_made(run)
-    assert status.outcome(run).failed_at == "replay"
+    assert stages.Status.read(run, "results").ok
+    assert record.outcome(run).failed_at == "replay"
 
 
 def test_a_fault_of_the_program_is_a_reason_too(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
@@ -53,7 +54,7 @@ def test_a_fault_of_the_program_is_a_reason_too(tmp_path: Path, caplog: pytest.L
 
 def test_a_case_cut_off_names_the_missing_stage(tmp_path: Path) -> None:
     stages.attempt(tmp_path, "scene", lambda: None)
-    assert stages.problems(tmp_path) == ["it was not run to the end: stage simulate is missing"]
+    assert verdict.problems(tmp_path) == ["it was not run to the end: stage simulate is missing"]
 
 
 def test_judging_forgets_failed_stages_so_that_they_are_tried_again(tmp_path: Path) -> None:
@@ -61,9 +62,9 @@ def test_judging_forgets_failed_stages_so_that_they_are_tried_again(tmp_path: Pa
     _finish(synthetic.make(good, moist=False))
     _finish(bad, fail_at="simulate")
     assert stages.judge([good, bad]) == ["case05: stage simulate failed: the engine was given nonsense"]
-    assert not stages.status_path(bad, "simulate").exists()
-    assert stages.status_path(bad, "scene").exists()
-    assert stages.status_path(good, "simulate").exists()
+    assert not (bad / "status" / "simulate.json").exists()
+    assert (bad / "status" / "scene.json").exists()
+    assert (good / "status" / "simulate.json").exists()
 
 
 @pytest.mark.parametrize("left", ["", "{", "[]", '{"stage": "vtk"}'])
@@ -71,9 +72,9 @@ def test_a_status_file_cut_off_is_a_failed_stage(tmp_path: Path, left: str) -> N
     """As a power cut leaves it: a sentence, and forgotten."""
     run = synthetic.make(tmp_path / "case01", moist=False)
     _finish(run)
-    stages.status_path(run, "vtk").write_text(left)
+    (run / "status" / "vtk.json").write_text(left)
     assert "vtk.json" in stages.judge([run])[0]
-    assert not stages.status_path(run, "vtk").exists()
+    assert not (run / "status" / "vtk.json").exists()
 
 
 def test_a_moist_run_is_believed_only_with_a_good_replay_and_ledger(tmp_path: Path) -> None:

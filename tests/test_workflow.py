@@ -18,8 +18,8 @@ from typing import Any
 import pytest
 
 from pywet import config, run_folder, stages
-from pywet.cases.screening import identity
 from pywet.cli import workflow_lock
+from pywet.runs import record
 from tests.error_codes import raises_code
 
 ROOT = Path(__file__).parent.parent
@@ -138,8 +138,8 @@ def _by_hand(folder: Path, failed: str | None = None) -> Path:
     """Leave a run of case 1 as `pywet run` does, of which Snakemake has no records."""
     root = folder / "results" / "smoke"
     run_folder.claim(root / "case01")
-    identity.leave(root / "case01", stages.fingerprint(config.load(folder / "config"), 1, "smoke"))
-    os.utime(root / "case01" / identity.FILE, (9e8, 9e8))
+    record.leave_identity(root / "case01", stages.fingerprint(config.load(folder / "config"), 1, "smoke"))
+    os.utime(root / "case01" / record.IDENTITY, (9e8, 9e8))
     made = [root / "case01" / "status" / f"{stage}.json" for stage in stages.NEEDS]
     run_folder.record(root / "case01", [f"status/{path.name}" for path in made])
     together = [root / name for name in ("picture_cases1.png", "report_cases1.html", "report_cases1.json")]
@@ -160,7 +160,7 @@ def test_a_changed_configuration_is_seen_after_a_run_by_hand(folder: Path) -> No
     run = _by_hand(folder)
     for word, expected in ((None, set()), ("another", {"scene", "simulate", "evaluate"})):
         if word:
-            identity.leave(run, word)
+            record.leave_identity(run, word)
         done = _snakemake(folder, "-n", "--config", "cases=1", "both_presets=false")
         assert done.returncode == 0, done.stderr
         assert set(_jobs(done.stdout + done.stderr)) >= expected, done.stdout

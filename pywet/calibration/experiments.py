@@ -29,7 +29,7 @@ from pywet.errors import ConfigError, PywetError
 from pywet.laws import custom_laws
 from pywet.runs.loaded import Run
 from pywet.util import sources
-from pywet.util.files import parse_json, read_bytes, read_if_there, write_json
+from pywet.util.files import read_bytes, read_if_there, read_json, write_json
 
 CURE = "name a file of `pywet bridge`, `pywet collide wall` or `pywet run-scene`, counted from the calibration's folder"
 AT_END = ("contacts_per_sphere", "bridges_per_sphere", "centre_of_mass_height_m")
@@ -58,7 +58,7 @@ class Kind:
 
 
 def _json(path: Path) -> dict[str, Any]:
-    content = parse_json(read_bytes(path, CURE), str(path), CURE)
+    content = read_json(path, CURE)
     if not isinstance(content, dict):
         raise ConfigError(
             f"{path} holds no keys; expected an experiment: {CURE}", file=path, code="calibration.not_keys"

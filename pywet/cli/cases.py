@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -111,9 +112,9 @@ def run(
 ) -> None:
     """Run one case: build, simulate, results, replay, report; with --seeds several times, for the scatter."""
     from pywet import stages
-    from pywet.cases.screening import identity
     from pywet.cli import ending
     from pywet.engines.choice import chosen
+    from pywet.runs import record
 
     chosen(engine, ranks)
     loaded = stages.resolved(config, preset, engine=engine, seed=seed, trust=trust)
@@ -128,32 +129,19 @@ def run(
             folders.append(folder if k == 0 else folder.with_name(f"{folder.name}-{first + k}"))
             seeded = loaded.with_seed(first + k)
             word = stages.fingerprint(seeded, case, name, engine)
-            held.enter_context(identity.held(folders[-1], word))
+            held.enter_context(record.held(folders[-1], word))
             _run(seeded, case, name, folders[-1], engine, ranks)
         ending.show(folders, verbose)
 
 
 def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks: int) -> None:
-    """Run a case in a locked folder, unless the folder already contains this very run."""
     from pywet import stages
-    from pywet.cases.screening import cases
-    from pywet.runs import second
 
-    if stages.same_run(loaded, case, name, folder, engine):
-        showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
-        if not second.same(folder, loaded.settings.laws.reference):
-            showing.err.print("except user reference implementations: it is replayed again", soft_wrap=True)
-            second.leave(folder, loaded.settings.laws.reference)
-            showing.stage(folder, "replay", lambda: stages.replay(folder))
-        return
-    showing.stage(folder, "scene", lambda: stages.build(loaded, case, name, folder, engine))
-    if engine == "liggghts":
-        showing.say_time(loaded, case, name)
-        if advice := cases.shorter_step(loaded, case, name):
-            showing.err.print(advice, soft_wrap=True)
-    showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
-    showing.stage(folder, "results", lambda: stages.results(folder))
-    showing.stage(folder, "replay", lambda: stages.replay(folder))
+    say = partial(showing.err.print, soft_wrap=True)
+    if failed := stages.carry_out(loaded, case, name, folder, engine, ranks, say):
+        raise PywetError(
+            f"stage {failed.failed_at} failed: {failed.reason}", code="cli.stage_failed", given=failed.failed_at
+        )
 
 
 @app.command()
@@ -170,13 +158,13 @@ def replay(
 ) -> None:
     """Recompute runs with the independent reference; exit code 0: agreement, 1: a deviation exceeds its limit, 2: unreadable."""
     from pywet.planning import audit
-    from pywet.runs import second
+    from pywet.runs import record
     from reference_impl.replay import command
 
     for folder in run_dirs if trust else ():
-        second.trust(folder)
+        record.trust_reference(folder)
     with run_folder.reading(*run_dirs):
-        status = command.run(run_dirs, as_json, second=second.of_run)
+        status = command.run(run_dirs, as_json, second=record.reference)
         for folder in run_dirs:
             audit.write(folder)
     for folder in run_dirs:

@@ -61,31 +61,12 @@ def serve(server: Any) -> None:
             out.print("ended")
 
 
-def say_time(config: Any, case: int, scale: str) -> None:
-    """Print the predicted time of a run to stderr if this machine has been measured (`pywet plan CASE --accuracy` does that)."""
-    from pywet.cost import command
-
-    if message := command.predicted(config, case, scale):
-        err.print(f"{config.case(case).name} at scale {scale}: {message}", soft_wrap=True)
-
-
 def need_run(run_dir: Path) -> None:
     """Refuse a folder that holds no run; where a run is being prepared in it, say that instead."""
     if not (run_dir / "scene.json").exists():
         with run_folder.reading(run_dir):
             pass
         raise PywetError(run_folder.no_run(run_dir), code="cli.no_run", where=run_dir)
-
-
-def stage(folder: Path, stage: str, work: Any) -> None:
-    """Run a stage, leave its status, stop with its reason when it failed."""
-    from pywet import stages
-
-    status = stages.attempt(folder, stage, work, aloud=False)
-    if not status.ok:
-        raise PywetError(
-            f"stage {status.failed_at} failed: {status.reason}", code="cli.stage_failed", given=status.failed_at
-        )
 
 
 def show_audit(run_dir: Path, to: Console = out) -> None:

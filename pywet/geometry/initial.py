@@ -85,6 +85,8 @@ def write_initial(scene: EngineScene, surfaces: Sequence[Surface], spheres: pd.D
     """Write the scene and all it refers to; `surfaces` in the order of scene.walls, the films of `spheres` as `sphere_table`."""
     run_dir = Path(run_dir)
     run_folder.claim(run_dir)
+    if not surfaces:  # files of an earlier scene
+        run_folder.remove(run_dir, "history/triangles.parquet", "history/parts.parquet")
     for surface, wall in zip(surfaces, scene.walls, strict=True):
         write_stl(surface, run_dir / wall.stl)
     write_table(spheres.drop(columns="film", errors="ignore"), run_dir / scene.spheres_file)
@@ -94,5 +96,3 @@ def write_initial(scene: EngineScene, surfaces: Sequence[Surface], spheres: pd.D
     if surfaces:
         write_table(triangle_table(surfaces), history / "triangles.parquet")
         write_table(part_table(scene, surfaces), history / "parts.parquet")
-    else:  # files of an earlier scene
-        run_folder.remove(run_dir, "history/triangles.parquet", "history/parts.parquet")

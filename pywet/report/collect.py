@@ -9,10 +9,11 @@ from typing import Any
 
 import pandas as pd
 
-from pywet.cases.screening import status, verdict
+from pywet.cases.screening import verdict
 from pywet.config.cases import Case
 from pywet.errors import PywetError
 from pywet.planning import audit
+from pywet.runs.record import Status
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Contributions, Summary
 from pywet.util.files import read_table
@@ -125,9 +126,9 @@ def collect_run(run_dir: Path, case: Case, alone: bool = False) -> CaseResult:
 
 
 def _collect_run(run_dir: Path, case: Case, alone: bool) -> CaseResult:
-    found, run = tuple(status.problems(run_dir, alone)), RunDir(run_dir)
+    found, run = tuple(verdict.problems(run_dir, alone)), RunDir(run_dir)
     summary, plan = run.json("summary.json", Summary), run.plan
-    if summary is None or not status.results_made(run_dir):
+    if summary is None or not Status.read(run_dir, "results").ok:  # or of an earlier run
         return CaseResult(case, found, plan=plan, folder=run_dir)
     if case.liquid_percent > 0 and (
         not summary["initial_liquid_m3"] or (summary["effects"]["bridges"] and summary["ledger_error"] is None)

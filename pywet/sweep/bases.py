@@ -26,7 +26,7 @@ from pywet.sweep.costs import Cost
 from pywet.sweep.description import Base, Point
 from pywet.sweep.script_base import OfScript
 from pywet.util import sources
-from pywet.util.files import parse_json, read_bytes
+from pywet.util.files import read_bytes, read_json
 
 CURE = (
     "name a file of `pywet run-scene`, `pywet collide wall` or `pywet bridge`; its path counts from the sweep's folder"
@@ -126,7 +126,7 @@ class OfScene(Kind):
 
 
 def _json(path: Path) -> dict[str, Any]:
-    content = parse_json(read_bytes(path, CURE), str(path), CURE)
+    content = read_json(path, CURE)
     if not isinstance(content, dict):
         raise ConfigError(
             f"{path} holds {type(content).__name__}, expected keys and values: {CURE}", file=path, code="sweep.not_keys"

@@ -27,7 +27,6 @@ from pywet.sweep.description import Point
 
 PARTS: dict[str, type[BaseModel]] = {"config": Settings, "materials": Materials, "scales": Scales, "case": Case}
 """First word of a key -> its file; `scale` is the scale that is run."""
-STAGES = ("scene", "simulate", "results", "replay")
 
 
 class OfCase(Kind):
@@ -94,20 +93,13 @@ class OfCase(Kind):
 
     def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
         config, number = built.given
-        work = {
-            "scene": lambda: stages.build(config, number, self.scale, folder),
-            "simulate": lambda: stages.simulate(folder, ranks, progress=False),
-            "results": lambda: stages.results(folder),
-            "replay": lambda: stages.replay(folder),
-        }
         with run_folder.hold(folder):
-            for stage in () if stages.same_run(config, number, self.scale, folder) else STAGES:
-                status = stages.attempt(folder, stage, work[stage], aloud=False)
-                if not status.ok:
-                    raise PywetError(
-                        f"stage {status.failed_at} failed: {status.reason}",
-                        code="sweep.stage_failed", given=status.failed_at, where=folder,
-                    )  # fmt: skip
+            failed = stages.carry_out(config, number, self.scale, folder, ranks=ranks)
+        if failed:
+            raise PywetError(
+                f"stage {failed.failed_at} failed: {failed.reason}",
+                code="sweep.stage_failed", given=failed.failed_at, where=folder,
+            )  # fmt: skip
         if objections := verdict.objections(RunDir(folder)):
             raise PywetError("; ".join(objections), code="sweep.objections", given=tuple(objections), where=folder)
         return run_numbers.numbers(Run(folder))

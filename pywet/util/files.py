@@ -163,8 +163,8 @@ def write_csv(table: pd.DataFrame, path: Path, **how: Any) -> None:
         table.to_csv(temporary, index=False, **how)
 
 
-def parse_json(text: str | bytes, name: str, cure: str) -> Any:
-    """Parse JSON to Python values; `name` describes the source, `cure` where to fix it.
+def parse_json(text: str | bytes, path: Path, cure: str) -> Any:
+    """Parse JSON to Python values; `path` is where it was read, `cure` how to fix it.
 
     Refused in one sentence: text that is not UTF-8, broken or nested deeper than `MAX_DEPTH`, a key given twice,
     NaN and infinities, numbers beyond double precision.
@@ -199,12 +199,14 @@ def parse_json(text: str | bytes, name: str, cure: str) -> Any:
         return value
     except UnicodeDecodeError as error:
         raise FileError(
-            f"{name} is not text (byte {error.start}); expected JSON in UTF-8: {cure}",
-            path=name, code="file.not_text",
+            f"{shown(path)} is not text (byte {error.start}); expected JSON in UTF-8: {cure}",
+            path=path, code="file.not_text",
         ) from error  # fmt: skip
     except (ValueError, RecursionError) as error:
         raise FileError(
-            f"{name} is not the JSON that was expected ({one_line(error)}): {cure}", path=name, code="file.not_json"
+            f"{shown(path)} is not the JSON that was expected ({one_line(error)}): {cure}",
+            path=path,
+            code="file.not_json",
         ) from error
 
 
@@ -247,7 +249,7 @@ def regular(path: Path, cure: str) -> Path:
 
 def read_json(path: Path, cure: str = AGAIN, shape: Any = Any) -> Any:
     """Read a JSON file as Python values of the type `shape`; see `parse_json`."""
-    value = parse_json(read_bytes(path, cure), shown(path), cure)
+    value = parse_json(read_bytes(path, cure), path, cure)
     fit(shape, value, path, cure)
     return value
 

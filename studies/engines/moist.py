@@ -24,11 +24,11 @@ import pandas as pd
 from scipy.stats import t as student
 
 from pywet import stages
-from pywet.cases.screening import identity
 from pywet.compare.quantities import RunData, read_run
 from pywet.compare.statistics import of_difference
 from pywet.engines.pipeline import RunInfo
 from pywet.errors import PywetError, border
+from pywet.runs import record
 from pywet.util.files import atomic_write, read_json
 
 CONFIG, SCALE = Path("config"), "smoke"
@@ -78,18 +78,9 @@ def simulate(case: int, engine: str, seed: int) -> Path:
     loaded = stages.resolved(CONFIG, engine=name, seed=seed)
     first = stages.resolved(CONFIG, engine=name).settings.seed
     folder = ROOTS[engine] / (loaded.case(case).name + ("" if seed == first else f"-{seed}"))
-    with identity.held(folder, stages.fingerprint(loaded, case, SCALE, name)):
-        if stages.same_run(loaded, case, SCALE, folder, name):
-            return folder
-        for stage, work in (
-            ("scene", lambda: stages.build(loaded, case, SCALE, folder, name)),
-            ("simulate", lambda: stages.simulate(folder, 1, False, name)),
-            ("results", lambda: stages.results(folder)),
-            ("replay", lambda: stages.replay(folder)),
-        ):
-            status = stages.attempt(folder, stage, work, aloud=False)
-            if not status.ok:
-                raise PywetError(f"{folder}: stage {status.failed_at} failed: {status.reason}")
+    with record.held(folder, stages.fingerprint(loaded, case, SCALE, name)):
+        if failed := stages.carry_out(loaded, case, SCALE, folder, name):
+            raise PywetError(f"{folder}: stage {failed.failed_at} failed: {failed.reason}")
     return folder
 
 

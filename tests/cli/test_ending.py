@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-from dataclasses import asdict
 from pathlib import Path
 
 import pandas as pd
@@ -13,12 +12,13 @@ from typer.testing import CliRunner
 
 from pywet import config, stages
 from pywet.cases.custom import results
-from pywet.cases.screening import status
+from pywet.cases.screening import verdict
 from pywet.cases.screening.results import class_titles
 from pywet.cli import ending
 from pywet.cli.app import app
 from pywet.products import screening_report
 from pywet.report import screen_page
+from pywet.runs.record import Status
 from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene
 from pywet.util.files import write_json, write_table
@@ -116,10 +116,10 @@ def test_the_report_of_a_run_needs_no_vtk_files(tmp_path: Path) -> None:
     run = finished(tmp_path / "case02")
     shutil.rmtree(run / "status", ignore_errors=True)
     for stage in ("scene", "simulate", "results", "replay"):
-        write_json(status.status_path(run, stage), asdict(status.Status(stage, True, 1.0)))
+        Status(stage, True, 1.0).write(run)
     assert CliRunner().invoke(app, ["report", str(run)]).exit_code == 0
     assert "was not run to the end" not in (run / "report.html").read_text()
-    assert status.problems(run) == ["it was not run to the end: stage vtk is missing"]
+    assert verdict.problems(run) == ["it was not run to the end: stage vtk is missing"]
     (run / "status" / "replay.json").unlink()
     assert CliRunner().invoke(app, ["report", str(run)]).exit_code == 0
     assert "stage replay is missing" in (run / "report.html").read_text()

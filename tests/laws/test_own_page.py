@@ -22,7 +22,7 @@ from pywet.laws import young_laplace as exact
 from pywet.laws.batch import batch
 from pywet.laws.capillary import rabinovich
 from pywet.laws.force_law import force_law
-from pywet.runs import second
+from pywet.runs import record
 from tests.error_codes import code_of, raises_code
 from tests.test_docs import check_shown
 
@@ -144,10 +144,12 @@ def test_a_second_function_goes_to_the_reference(followed: Path) -> None:
     name = f"{followed / 'my_reference.py'}:neck"
     loaded = config.load(followed)
     assert loaded.settings.laws.reference == {"capillary": name} and custom_laws.may_run(name)
-    second.leave(followed, loaded.settings.laws.reference)
-    assert second.same(followed, loaded.settings.laws.reference) and second.of_run(followed) == {"capillary": name}
+    record.leave_reference(followed, loaded.settings.laws.reference)
+    assert record.same_reference(followed, loaded.settings.laws.reference) and record.reference(followed) == {
+        "capillary": name
+    }
     (followed / "my_reference.py").write_text(text + "\n")
-    assert not second.same(followed, loaded.settings.laws.reference) and second.of_run(followed) == {}
+    assert not record.same_reference(followed, loaded.settings.laws.reference) and record.reference(followed) == {}
     file.write_text(file.read_text().replace("capillary: my_law.py:constant_neck", "capillary: willett"))
     with raises_code("config.inconsistent", says="only together with a custom law"):
         config.load(followed)

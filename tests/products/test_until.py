@@ -153,7 +153,7 @@ def test_killed_within_a_block_and_between_two(run: pywet.Run, tmp_path: Path, m
 
     asked = known()
     building.write(asked, tmp_path)
-    scene_stages.identity.leave(tmp_path, scene_stages.fingerprint(asked))
+    scene_stages.record.leave_identity(tmp_path, scene_stages.fingerprint(asked))
     with pytest.raises(Stopped):
         driver.run(tmp_path, progress=False, launch=launch, extend=until.extension(asked.until))
 

@@ -18,7 +18,7 @@ from pywet.calibration import question
 from pywet.cases.custom import walls
 from pywet.cases.custom.building import Building
 from pywet.cases.custom.placing import ask_unit
-from pywet.cases.screening import identity, results, status, verdict
+from pywet.cases.screening import results, verdict
 from pywet.cases.small import bridge_query
 from pywet.collisions.spheres import command as spheres
 from pywet.collisions.wall import sweep
@@ -28,7 +28,7 @@ from pywet.engines.liggghts import windows
 from pywet.errors import PywetError
 from pywet.geometry.stl import read_stl
 from pywet.laws.exact_bridge import table as exact_table
-from pywet.runs import tables
+from pywet.runs import record, tables
 from pywet.runs.loaded import Run
 from pywet.runs.rundir import RunDir
 from pywet.util import files
@@ -90,7 +90,7 @@ def run_tables(folder: Path) -> list[Path]:
 
 def run_json(folder: Path) -> list[Path]:
     made = run(folder)
-    identity.leave(made, "five")
+    record.leave_identity(made, "five")
     for name, value in (("replay", {"ok": True, **REPLAY}), ("status/results", {"ok": True})):
         files.write_json(made / f"{name}.json", value)
     return sorted(path for path in made.rglob("*.json") if path.name != ".pywet-run")
@@ -162,9 +162,9 @@ def json_of_run(path: Path) -> None:
     files.read_json(path)
     found = Run(folder)
     _ = found.summary, found.replay
-    identity.left(folder)
+    record.left_identity(folder)
     verdict.objections(RunDir(folder))
-    status.missing(folder)
+    record.missing(folder)
     quantities.read_run(folder)
 
 

@@ -14,9 +14,10 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet import PywetError, run_folder, shipped
-from pywet.cases.screening import identity, status
+from pywet.cases.screening import identity
 from pywet.cli.app import app
 from pywet.engines.run_store import forget
+from pywet.runs import record
 from pywet.util import files
 from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
@@ -235,8 +236,8 @@ def test_another_configuration_is_moved_aside(tmp_path: Path, caplog: pytest.Log
     """The folder of an earlier run gets a number, and a notice names it; the same configuration stays where it is."""
     run = tmp_path / "case02"
     for word in ("five", "five", "seven", "nine"):
-        with identity.held(run, word):
-            identity.leave(run, word)
+        with record.held(run, word):
+            record.leave_identity(run, word)
             files.write_json(run / "engine" / "run.json", word)
     stored = {p.name: json.loads((p / "engine" / "run.json").read_text()) for p in tmp_path.iterdir()}
     assert stored == {"case02.1": "five", "case02.2": "seven", "case02": "nine"}
@@ -247,14 +248,14 @@ def test_the_working_folder_is_not_moved_aside(tmp_path: Path, monkeypatch: pyte
     run_folder.claim(tmp_path)
     files.write_json(tmp_path / "engine" / "run.json", 1)
     monkeypatch.chdir(tmp_path)
-    with raises_code("folder.not_moved"), identity.held(Path("."), "other"):
+    with raises_code("folder.not_moved"), record.held(Path("."), "other"):
         raise AssertionError("the folder was held")
 
 
 @pytest.mark.parametrize("text", ["[1]", "{}", "3", "null", '"x"', '{"identity": 4}', "{", ""])
 def test_an_identity_of_any_shape_is_not_the_same(tmp_path: Path, text: str) -> None:
-    (tmp_path / identity.FILE).write_text(text)
-    assert identity.left(tmp_path) is None
+    (tmp_path / record.IDENTITY).write_text(text)
+    assert record.left_identity(tmp_path) is None
 
 
 def test_what_a_run_promises(tmp_path: Path) -> None:
@@ -275,19 +276,19 @@ def test_what_a_run_promises(tmp_path: Path) -> None:
         (run / name).write_text("12345")
     sizes = {name: [5, 0] for name in ("trajectory.parquet", "history/events.parquet")}
     (run / "engine" / "tables.json").write_text(json.dumps({"files": sizes}))
-    assert status.missing(run) is None
+    assert record.missing(run) is None
     for path in [p for p in run.rglob("*") if p.is_file() and p.name != "tables.json"]:
         path.rename(tmp_path / "stays")
-        assert status.missing(run) == str(path.relative_to(run))
+        assert record.missing(run) == str(path.relative_to(run))
         (tmp_path / "stays").rename(path)
     (run / "history" / "events.parquet").write_text("123")
-    assert status.missing(run) == "history/events.parquet"
+    assert record.missing(run) == "history/events.parquet"
 
 
 def test_snakemake_is_notified_of_another_configuration(tmp_path: Path) -> None:
     """The fingerprint's file is as old as a run of the same configuration, newer than one of another, whatever the clock says."""
     run, file = tmp_path / "case02", tmp_path / "fingerprints" / "case02"
-    identity.leave(run, "five")
+    record.leave_identity(run, "five")
     files.write_json(run / "status" / "scene.json", 1)
     newest = (run / "status" / "scene.json").stat().st_mtime_ns + 10**15  # the clock was set back since
     os.utime(run / "status" / "scene.json", ns=(newest, newest))

@@ -14,7 +14,6 @@ import pytest
 
 from pywet import stages
 from pywet.cases.screening import verdict
-from pywet.cases.screening.status import Status
 from pywet.cases.script import folder as script_folder
 from pywet.config import dotted_keys
 from pywet.engines import process
@@ -108,8 +107,8 @@ def names_above(folder: Path) -> None:
 def case(folder: Path, same: bool) -> None:
     """Run a case that fails in its first stage, or, run before, in a check."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stages, "same_run", lambda *_: same)
-        patch.setattr(stages, "attempt", lambda *_, **__: Status("scene", False, 0.0, "scene", "the bed does not fit"))
+        failed = None if same else stages.Status("scene", False, 0.0, "scene", "the bed does not fit")
+        patch.setattr(stages, "carry_out", lambda *_, **__: failed)
         patch.setattr(verdict, "objections", lambda _: ["the ledger is open by 1e-3"])
         case_base.OfCase.run(SimpleNamespace(scale="smoke"), SimpleNamespace(given=(None, 2)), folder, 1)  # type: ignore[arg-type]
 

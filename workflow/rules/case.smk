@@ -48,7 +48,7 @@ rule evaluate:
     params:
         # a preset for the sake of comparison has no laws of the user's own
         second=lambda wildcards: {} if RUNS[wildcards.case][1] else dict(CONFIGURED.settings.laws.reference),
-        said=lambda wildcards: "" if RUNS[wildcards.case][1] else word(CONFIGURED.settings.laws.reference),
+        said=lambda wildcards: "" if RUNS[wildcards.case][1] else reference_word(CONFIGURED.settings.laws.reference),
     log:
         f"{LOGS}/{{case}}/evaluate.log",
     resources:

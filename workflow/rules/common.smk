@@ -11,7 +11,7 @@ from pywet import stages
 from pywet.engines.choice import chosen as engine_of
 from pywet.errors import PywetError
 from pywet.cost.needs import need
-from pywet.runs.second import word
+from pywet.runs.record import reference_word
 from pywet.cases.screening.identity import content, expect, fingerprint_or_reason
 from pywet.shipped import open_studies, place
 

@@ -3,13 +3,13 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.runs import second
+from pywet.runs import record
 
 run_dir = Path(snakemake.output.results).parent.parent
 
 
 def replay() -> None:
-    second.leave(run_dir, dict(snakemake.params.second))
+    record.leave_reference(run_dir, dict(snakemake.params.second))
     stages.replay(run_dir)
 
 

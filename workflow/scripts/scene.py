@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.cases.screening import identity
+from pywet.runs import record
 
 given = snakemake.params
 run_dir = Path(snakemake.output.status).parent.parent
@@ -14,5 +14,5 @@ def build() -> None:
     stages.build(config, given.number, given.scale, run_dir, given.engine)
 
 
-with stages.logged(Path(snakemake.log[0])), identity.held(run_dir, Path(snakemake.input.fingerprint).read_text()):
+with stages.logged(Path(snakemake.log[0])), record.held(run_dir, Path(snakemake.input.fingerprint).read_text()):
     stages.attempt(run_dir, "scene", build)

@@ -9,29 +9,19 @@ import hashlib
 import json
 import os
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 
-from typing_extensions import TypedDict
-
 import pywet
-from pywet import run_folder
 from pywet.cases.screening import cases
 from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.geometry import build_apparatus
 from pywet.laws import custom_laws
+from pywet.runs import record
 from pywet.util import sources
-from pywet.util.files import AGAIN, atomic_write, read_bytes, read_if_there, write_json
-from pywet.util.notices import notice
-
-FILE = "identity.json"
-
-
-class Left(TypedDict):
-    identity: str
+from pywet.util.files import atomic_write, read_bytes
 
 
 def identity(config: Config, number: int, scale_name: str) -> str:
@@ -62,35 +52,9 @@ def content(config: Config) -> str:
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def leave(run_dir: Path, word: str) -> None:
-    write_json(run_dir / FILE, {"identity": word})
-
-
-def left(run_dir: Path) -> str | None:
-    """Return the fingerprint of the run in a folder; None if there is none or its file is damaged."""
-    try:
-        return read_if_there(run_dir / FILE, AGAIN, Left)["identity"]
-    except (PywetError, TypeError):
-        return None
-
-
 def of(*parts: object) -> str:
     """Return the fingerprint of a run determined by these parts, which JSON can represent, and by the program's code."""
     return hashlib.sha256(json.dumps([*parts, _code()], sort_keys=True).encode()).hexdigest()[:16]
-
-
-@contextmanager
-def held(run_dir: Path, word: str) -> Iterator[None]:
-    """Lock a run directory for a run with this fingerprint; one with another fingerprint is moved aside with a notice."""
-    with run_folder.hold(run_dir):
-        there = any((Path(run_dir) / name).exists() for name in ("engine", "engine.partial", "trajectory.parquet"))
-        if not there or left(Path(run_dir)) == word:
-            yield
-            return
-        aside = run_folder.set_aside(run_dir)
-    notice.warning(f"{run_dir} held a run of another configuration or version of pywet, which is {aside} from now on")
-    with run_folder.hold(run_dir):
-        yield
 
 
 def expect(run_dir: Path, word: str, file: Path) -> Path:
@@ -108,8 +72,8 @@ def expect(run_dir: Path, word: str, file: Path) -> Path:
 
 def _timed(run_dir: Path, word: str, file: Path) -> Path:
     status = run_dir / "status" / "scene.json"
-    if left(run_dir) == word:
-        when = (run_dir / FILE).stat().st_mtime_ns
+    if record.left_identity(run_dir) == word:
+        when = (run_dir / record.IDENTITY).stat().st_mtime_ns
     else:
         when = max(time.time_ns(), status.stat().st_mtime_ns + 10**9 if status.exists() else 0)
     os.utime(file, ns=(when, when))

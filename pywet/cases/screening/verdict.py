@@ -6,10 +6,12 @@ The only module that knows the layout of replay.json, which `reference_impl` wri
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 from pywet.errors import PywetError
 from pywet.laws import custom_laws
+from pywet.runs import record
 from pywet.runs.rundir import RunDir
 
 LEDGER_TOLERANCE = 1e-12
@@ -99,6 +101,14 @@ def recomputed(run: RunDir) -> str:
     if summary and summary["ledger_error"] is not None:
         parts.append(f"liquid ledger closes to {summary['ledger_error']:.1g} of the total liquid")
     return "; ".join(parts) or "nothing of it could be replayed"
+
+
+def problems(run_dir: Path, alone: bool = False) -> list[str]:
+    """Return the reasons why a case is not complete: a failed stage, or failed checks, ledger or replay; empty if none."""
+    status = record.outcome(run_dir, alone)
+    if not status.ok:
+        return [f"stage {status.failed_at} failed: {status.reason}" if status.failed_at else str(status.reason)]
+    return objections(RunDir(Path(run_dir)))
 
 
 def objections(run: RunDir) -> list[str]:

@@ -22,6 +22,7 @@ from pywet.errors import PywetError, one_line
 from pywet.geometry.surface import Surface
 from pywet.laws.hertz import Elastic, Hertz
 from pywet.planning import step_choice
+from pywet.runs import record
 from pywet.runs.rundir import RunDir
 from pywet.scene import ContactPair, Liquid, Output, Rotation, SphereClass
 from pywet.util.files import read_table, write_json
@@ -222,8 +223,8 @@ def run(name: str, run_dir: Path, choice: Choice | None = None) -> dict[str, flo
         )  # fmt: skip
     choice, run_dir = choice or Choice(), Path(run_dir)
     word = identity.of(name, asdict(choice))
-    with identity.held(run_dir, word):
-        identity.leave(run_dir, word)
+    with record.held(run_dir, word):
+        record.leave_identity(run_dir, word)
         numbers = SCENES[name](run_dir, choice)
         write_json(run_dir / RESULT, {k: None if math.isnan(v) else v for k, v in numbers.items()})
     return numbers
