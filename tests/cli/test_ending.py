@@ -153,7 +153,7 @@ def test_a_deck_ends_with_what_its_screen_did(tmp_path: Path) -> None:
         name.split()[0] for name in screen_page.five(screening_report.write(run))
     ]
     assert all(len(line) <= 80 for line in output_text)
-    assert "60 % outlet overs, 40 % spheres ore 5.4 mm" in output_text[-1]
+    assert "60 % outlet overs, 40 % spheres inside" in output_text[-1]
     assert (
         ending._next([RunDir(run)], "yes") == f"pywet screen {run}"
         and ending._next([RunDir(run)], "no") == f"pywet replay {run}"
