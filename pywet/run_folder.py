@@ -1,29 +1,25 @@
-"""The run directory: which of its files pywet wrote, every deletion in it, and its lock.
+"""The run directory: its folders, every deletion of more than one file, and its lock.
 
-`.pywet-run` in a run directory lists what pywet wrote there, one line each: `+ path` written, `- path` removed; a
-folder that belongs to pywet with all its content ends with a slash. Nothing else in a run directory is deleted or
-overwritten, and a folder without such a list becomes a run directory only if it is empty. docs/reliability.md lists
-the files that each module may change.
+Only what its list (`files.LIST`) names is deleted, and a folder without a list becomes a run directory only if it is
+empty. docs/reliability.md lists the files that each module may change.
 
 The lock is for one call that simulates, or any number of calls that evaluate or read a finished run.
 """
 
 from __future__ import annotations
 
-import errno
 import fcntl
 import os
 import re
 import shutil
-import stat
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from pywet.errors import FileError, PywetError, one_line, shown
+from pywet.util.files import DEEPEST, LIST, covers, listed, open_regular, record, remove, root, stranger, write_here
 
-LIST = ".pywet-run"
 LOCK = ".engine.lock"
 FOLDERS = (
     "engine",
@@ -37,21 +33,11 @@ FOLDERS = (
     "vtk.partial",
 )
 """Folders of a run that must not be symbolic links."""
-DEEPEST = 4
-"""Largest number of folders between a run directory and its deepest file."""
 TEMPORARY = re.compile(r"\..+\.(\d+)\.[0-9a-f]{8}\.partial(\.[^.]*)?")
 """Pattern of the name of an unfinished file, with the id of the process that writes it (`files.atomic_write`)."""
-TORN = "\0"
-"""End of a line of the list that a full disk truncated."""
 Key = tuple[int, int, str]
 _held: dict[Key, int] = {}
 """Locks of this process by process, thread and folder: a stage within a call that has locked the folder needs no lock."""
-
-
-def root(path: Path) -> Path | None:
-    """Return the run directory that contains a file, or None."""
-    above = Path(os.path.abspath(path)).parents
-    return next((folder for folder in above[:DEEPEST] if os.path.lexists(folder / LIST)), None)
 
 
 def refuse_within(folder: Path) -> None:
@@ -103,84 +89,6 @@ def refuse_links(run_dir: Path) -> None:
             )  # fmt: skip
 
 
-def open_regular(path: Path, flags: int) -> int:
-    """Open a regular file with a single link, never through a symbolic link and without truncating it."""
-    file = os.open(path, flags | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK, 0o666)
-    if not stat.S_ISREG(os.fstat(file).st_mode):
-        os.close(file)
-        raise OSError(errno.EINVAL, "not a regular file", str(path))
-    return file
-
-
-def listed(run_dir: Path) -> set[str]:
-    """Return the paths in a run directory that pywet wrote, with a slash for its own folders; empty without a list."""
-    names: set[str] = set()
-    try:
-        with open(open_regular(Path(run_dir) / LIST, os.O_RDONLY), encoding="utf-8", errors="surrogateescape") as file:
-            for line in file:
-                sign, _, name = line.rstrip("\n").partition(" ")
-                if TORN in line or not line.endswith("\n"):
-                    continue
-                if sign == "+" and not name.startswith("/") and ".." not in name.split("/"):
-                    names.add(name)
-                elif sign == "-":
-                    names.discard(name)
-    except FileNotFoundError:
-        pass
-    return names
-
-
-def _covers(names: set[str], name: str) -> bool:
-    return name in names or any(f"{parent.as_posix()}/" in names for parent in Path(name).parents)
-
-
-def record(run_dir: Path, names: Iterable[str], removed: bool = False) -> None:
-    """Add paths to the list of a run directory, or, if `removed`, delete them from it; nothing without a list."""
-    if not os.path.lexists(Path(run_dir) / LIST):
-        return
-    known = listed(run_dir)
-    news = [n for n in names if "\n" not in n and (n in known if removed else not _covers(known, n))]
-    if news:
-        text = "".join(f"{'-' if removed else '+'} {name}\n" for name in news)
-        with open(open_regular(Path(run_dir) / LIST, os.O_RDWR | os.O_APPEND), "r+b", buffering=0) as file:
-            end = file.seek(0, os.SEEK_END)
-            if end and os.pread(file.fileno(), 1, end - 1) != b"\n":
-                text = f"{TORN}\n{text}"
-            data = memoryview(os.fsencode(text))
-            while data:
-                data = data[file.write(data) or 0 :]
-
-
-def write_here(path: Path) -> None:
-    """Register a file before it gets its name, or refuse to overwrite a file in a run directory that pywet did not write."""
-    run_dir = root(path)
-    if run_dir is None:
-        return
-    name = Path(os.path.abspath(path)).relative_to(run_dir).as_posix()
-    if os.path.lexists(path) and not _covers(listed(run_dir), name):
-        raise _stranger(Path(path))
-    record(run_dir, [name])
-
-
-def _stranger(path: Path) -> FileError:
-    return FileError(
-        f"{shown(path)} is there already and was not written by this run of pywet (its {LIST} does not list it); expected no "
-        "such file: move it elsewhere",
-        path=path, code="folder.stranger",
-    )  # fmt: skip
-
-
-def remove(run_dir: Path, *names: str) -> None:
-    """Delete existing files of a run; a file that is not in the run's list is refused."""
-    known = listed(run_dir)
-    there = [name for name in names if os.path.lexists(Path(run_dir) / name)]
-    for name in there:
-        if not _covers(known, name):
-            raise _stranger(Path(run_dir) / name)
-        (Path(run_dir) / name).unlink(missing_ok=True)
-    record(run_dir, there, removed=True)
-
-
 def drop_temporary(run_dir: Path) -> None:
     """Delete unfinished files of killed processes; called with the run directory locked.
 
@@ -204,7 +112,7 @@ def remove_listed(run_dir: Path, patterns: Iterable[str]) -> None:
                 remove_folder(run_dir, str(top.relative_to(run_dir)))
                 continue
             below = [Path(f, name) for f, _, files in os.walk(top) for name in files] if top.is_dir() else [top]
-            remove(run_dir, *(n for n in (p.relative_to(run_dir).as_posix() for p in below) if _covers(known, n)))
+            remove(run_dir, *(n for n in (p.relative_to(run_dir).as_posix() for p in below) if covers(known, n)))
             if top.is_dir():
                 _drop_empty(top)
 
@@ -246,7 +154,7 @@ def remove_folder(run_dir: Path, name: str) -> None:
     path = Path(run_dir) / name
     if os.path.lexists(path):
         if path.is_symlink() or f"{name}/" not in listed(run_dir):
-            raise _stranger(path)
+            raise stranger(path)
         shutil.rmtree(path)
     record(run_dir, [f"{name}/"], removed=True)
 
@@ -276,8 +184,8 @@ def refuse_foreign(run_dir: Path, name: str) -> None:
     """Raise if a folder that a run will replace contains files that no run wrote."""
     known, folder = listed(run_dir), Path(run_dir) / name
     for path in folder.rglob("*"):
-        if not path.is_dir() and not _covers(known, path.relative_to(run_dir).as_posix()):
-            raise _stranger(path)
+        if not path.is_dir() and not covers(known, path.relative_to(run_dir).as_posix()):
+            raise stranger(path)
 
 
 def place(made: Path, run_dir: Path, name: str) -> None:

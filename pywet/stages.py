@@ -19,6 +19,7 @@ from pywet.engines.choice import chosen
 from pywet.errors import PywetError
 from pywet.runs import record
 from pywet.runs.record import NEEDS, Status, attempt
+from pywet.util.files import remove
 from pywet.util.notices import shown
 
 if TYPE_CHECKING:
@@ -232,5 +233,5 @@ def judge(run_dirs: Iterable[Path]) -> list[str]:
     for run_dir in run_dirs:
         lines += [f"{run_dir.name}: {text}" for text in verdict.problems(run_dir)]
         failed = [stage for stage in NEEDS if not Status.read(run_dir, stage).ok]
-        run_folder.remove(run_dir, *map(record.STATUS.format, failed))
+        remove(run_dir, *map(record.STATUS.format, failed))
     return lines

@@ -25,7 +25,7 @@ from pywet.runs import tables
 from pywet.scene import EngineScene
 from pywet.schema import RAW
 from pywet.util import sources
-from pywet.util.files import read_json, write_json
+from pywet.util.files import read_json, remove, write_json
 
 CHECKPOINTS, TABLES = "checkpoint", "tables"
 FINGERPRINT, FINISHED, INDEX, ACCOUNT = "fingerprint.json", "finished.json", "tables.json", "run.json"
@@ -43,7 +43,7 @@ OUTPUT = (
 def forget(run_dir: Path) -> None:
     """Remove the files of an earlier run from the directory, the list that marks a complete run first; other files remain."""
     run_folder.refuse_foreign(run_dir, "engine")
-    run_folder.remove(run_dir, "engine/tables.json")
+    remove(run_dir, "engine/tables.json")
     run_folder.remove_listed(run_dir, ("engine", *OUTPUT))
 
 

@@ -14,7 +14,7 @@ from pywet.geometry import Surface, write_stl
 from pywet.laws.contact import film_volume
 from pywet.scene import EngineScene, WallMesh
 from pywet.schema import CORNERS
-from pywet.util.files import write_json, write_table
+from pywet.util.files import remove, write_json, write_table
 
 
 def wall_mesh(surface: Surface, contact_angle_rad: float, analytic_wires: bool = False) -> WallMesh:
@@ -86,7 +86,7 @@ def write_initial(scene: EngineScene, surfaces: Sequence[Surface], spheres: pd.D
     run_dir = Path(run_dir)
     run_folder.claim(run_dir)
     if not surfaces:  # files of an earlier scene
-        run_folder.remove(run_dir, "history/triangles.parquet", "history/parts.parquet")
+        remove(run_dir, "history/triangles.parquet", "history/parts.parquet")
     for surface, wall in zip(surfaces, scene.walls, strict=True):
         write_stl(surface, run_dir / wall.stl)
     write_table(spheres.drop(columns="film", errors="ignore"), run_dir / scene.spheres_file)

@@ -13,11 +13,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from pywet import run_folder
 from pywet.laws.kinds import FORCES, OPT_IN
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Contributions
-from pywet.util.files import read_model, write_json
+from pywet.util.files import read_model, remove, write_json
 
 FILE = "audit.json"
 WITHIN = 3.0
@@ -127,7 +126,7 @@ def write(run_dir: Path) -> list[AuditRow] | None:
     run = RunDir(folder)
     plan, measured = run.plan, run.json("contributions.json", Contributions)
     if plan is None or measured is None:
-        run_folder.remove(folder, FILE)
+        remove(folder, FILE)
         return None
     audited = rows(plan, measured)
     write_json(

@@ -19,7 +19,7 @@ from typing import Any
 from pywet import run_folder
 from pywet.errors import PywetError, one_line, refused
 from pywet.laws import custom_laws
-from pywet.util.files import AGAIN, Model, read_bytes, read_json, read_model, write_json
+from pywet.util.files import AGAIN, Model, read_bytes, read_json, read_model, remove, write_json
 from pywet.util.notices import notice
 
 IDENTITY = "identity.json"
@@ -193,7 +193,7 @@ def leave_reference(run_dir: Path, functions: Mapping[Any, str]) -> None:
     if functions:
         _write(run_dir, REFERENCE, Reference(dict(functions), reference_word(functions)))
     else:
-        run_folder.remove(run_dir, REFERENCE)
+        remove(run_dir, REFERENCE)
 
 
 def same_reference(run_dir: Path, functions: Mapping[Any, str]) -> bool:

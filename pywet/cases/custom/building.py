@@ -14,7 +14,6 @@ import numpy as np
 import pandas as pd
 from pydantic import ValidationError
 
-from pywet import run_folder
 from pywet import scene as typed
 from pywet.cases.custom import extent, repeating
 from pywet.cases.custom.at_walls import PRESSED, expected, thickness
@@ -53,7 +52,7 @@ from pywet.products import until
 from pywet.products.feed import sentence as feed_sentence
 from pywet.products.outlets import refuse_thin, with_reach
 from pywet.runs.rundir import placed
-from pywet.util.files import write_json
+from pywet.util.files import remove, write_json
 from pywet.util.notices import notice
 
 MARGIN_M = 0.010
@@ -373,7 +372,7 @@ def write(user_scene: Scene, run_dir: Path, blocks: int | None = None) -> typed.
     write_initial(scene, made.surfaces, made.spheres, run_dir)
     write_json(run_dir / "plan.json", made.plan.as_dict())
     write_json(run_dir / "description.json", {**user_scene.model_dump(mode="json"), "origin_mm": made.origin_mm})
-    run_folder.remove(run_dir, "config.json")  # left by a screening case that was built here before
+    remove(run_dir, "config.json")  # left by a screening case that was built here before
     return scene
 
 

@@ -10,7 +10,6 @@ from typing import Any
 
 import pandas as pd
 
-from pywet import run_folder
 from pywet.engines.liggghts.plugin_api import angle_pairs
 from pywet.geometry.initial import wall_groups
 from pywet.laws import registry
@@ -18,7 +17,7 @@ from pywet.laws.kinds import KINDS
 from pywet.laws.transfer import v_star_grid
 from pywet.scene import EngineScene
 from pywet.schema import LARGE_WALL, SMALL_WALL, SPHERE
-from pywet.util.files import write_json, write_table
+from pywet.util.files import remove, write_json, write_table
 from pywet.util.notices import bar
 
 
@@ -26,7 +25,7 @@ def write_inputs(scene: EngineScene, run_dir: Path) -> None:
     """Write the tables that a moist run and its replay read in addition to the scene; remove them from a dry one."""
     history = run_dir / "history"
     if not scene.effects.bridges:
-        run_folder.remove(run_dir, "history/transfer.parquet", "history/meta.json")
+        remove(run_dir, "history/transfer.parquet", "history/meta.json")
         return
     prepare_laws(scene)
     write_table(transfer_tables(scene), history / "transfer.parquet")
