@@ -9,10 +9,12 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
-from pywet import config, stages
+from pywet import config, run_folder, stages
 from pywet.cases.screening import identity
 from pywet.runs import record
 
@@ -154,6 +156,24 @@ def test_another_folder_of_the_configuration_has_separate_results(edited: Path) 
     text = snakemake(edited, "-n", "--config", "config_dir=mine", "cases=[2,10]", "both_presets=false")
     made = set(re.findall(r"output: results/(\w+/\w+)/case\w+/status/simulate.json", text))
     assert made == {"mine/smoke"} and len(re.findall("^rule simulate:", text, flags=re.MULTILINE)) == 2
+
+
+def test_a_changed_reference_implementation_repeats_the_replay_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a finished run: none of its stages, or the replay, and the sentences on it."""
+    run, law, heard, done = tmp_path / "run", tmp_path / "law.py", list[str](), list[Path]()
+    monkeypatch.setattr(stages, "same_run", lambda *_: True)
+    monkeypatch.setattr(stages, "replay", done.append)
+    laws = SimpleNamespace(reference={"rupture": f"{law}:reach"})
+    configured: Any = SimpleNamespace(settings=SimpleNamespace(laws=laws))
+    run_folder.claim(run)
+    for stage in ("scene", "simulate"):
+        stages.Status(stage, True, 1.0).write(run)
+    for text, replays, lines in (("first", 1, 2), ("first", 1, 3), ("second", 2, 5)):
+        law.write_text(text)
+        assert stages.carry_out(configured, 2, "smoke", run, say=heard.append) is None
+        assert (len(done), len(heard)) == (replays, lines)
 
 
 def test_a_folder_that_holds_this_very_run_is_known(tmp_path: Path) -> None:
