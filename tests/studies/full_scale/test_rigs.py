@@ -134,7 +134,7 @@ def test_what_the_page_says_of_its_presets_and_of_statements_that_no_run_confirm
     passed = [through({1: run}, 1, 0.01) for run in runs["sieve200"][1]]
     assert f"{sum(passed) / len(passed):.1f}" == "6.5"
     first = {case: min(run.about["seed"] for run in found) for case, found in runs["sieve200"].items()}
-    assert first == dict.fromkeys(range(1, 19), 10007)  # of a case begun here with other seeds the full-scale page's
+    assert first == dict.fromkeys(range(1, 19), 10007)  # of a case without all seeds here the full-scale page's
     _, none = rigs.any_reading(runs, variants(ROOT / rigs.CAMPAIGN)[""])
     parts = {part.range.replace("|", "&#124;"): part for s in STATEMENTS for part in s.parts if s.number in none}
     impossible = []
