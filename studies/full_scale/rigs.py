@@ -196,7 +196,9 @@ def text(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> str:
 
 def whole(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> dict[str, dict[int, Sequence[StoredRun]]]:
     """Return the rigs with dry cases (`with_dry`); a case on 200 mm without all of SEEDS is that of the full-scale page."""
-    new = {case: runs for case, runs in rigs.get("sieve200", {}).items() if {run.about["seed"] for run in runs} >= SEEDS}
+    new = {
+        case: runs for case, runs in rigs.get("sieve200", {}).items() if {run.about["seed"] for run in runs} >= SEEDS
+    }
     default = {**stored_runs.variants(CAMPAIGN)[""], **new}
     return with_dry(dict(sorted({**rigs, "sieve200": default}.items())))
 
