@@ -27,7 +27,7 @@ from pywet.util.files import atomic_write
 DETAILS = "details.txt"
 WIDE = 160
 """Width of details.txt in characters."""
-LISTED, LARGEST = 2, 3
+LISTED, LARGEST, LARGEST_OF_DECK = 2, 3, 5
 """Number of sentences on what was not checked, and of liquid reservoirs, that are printed; further sentences are counted."""
 
 
@@ -137,7 +137,7 @@ def _screen(runs: Sequence[RunDir]) -> Iterator[str]:
 def _liquid(runs: Sequence[RunDir]) -> Iterator[str]:
     """Yield the line on the largest shares of liquid at the end and on the bridges; none for a dry run.
 
-    With outlets, all spheres that are still inside are one share, and three more shares than outlets are named.
+    With outlets, all spheres that are still inside are one share, and all walls another.
     """
     from pywet.cases.screening.results import class_titles
 
@@ -147,10 +147,11 @@ def _liquid(runs: Sequence[RunDir]) -> Iterator[str]:
     names = filter(_reservoir, read[0]["liquid_end_m3"])
     shares = {n: [100.0 * s["liquid_end_m3"].get(n, 0.0) / s["initial_liquid_m3"] for s in read] for n in names}
     titles, outlets = class_titles(runs[0].scene), runs[0].scene.outlets
-    if outlets:
-        inside = [shares.pop(name) for name in titles if name in shares]
-        shares["spheres inside"] = [sum(of_run) for of_run in zip(*inside, strict=True)]
-    largest = sorted(shares.items(), key=lambda entry: -mean(entry[1]))[: LARGEST + len(outlets)]
+    walls = [name for name in shares if name.startswith("wall_")]
+    for name, parts in (("spheres inside", titles), ("walls", walls)) if outlets else ():
+        if there := [shares.pop(part) for part in parts if part in shares]:
+            shares[name] = [sum(of_run) for of_run in zip(*there, strict=True)]
+    largest = sorted(shares.items(), key=lambda entry: -mean(entry[1]))[: LARGEST_OF_DECK if outlets else LARGEST]
     text = ", ".join(f"{with_interval(share)} % {titles.get(n, n.replace('_', ' '))}" for n, share in largest)
     events = [s["events"] for s in read if s["events"]]
     counts = [with_interval([e[kind] for e in events]) for kind in ("formations", "ruptures")] if events else []

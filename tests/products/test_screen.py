@@ -393,7 +393,7 @@ def test_a_class_that_has_exactly_the_share_encloses_it_whatever_the_rounding() 
 
 
 def test_liquid_of_a_deck_at_the_end_by_product(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Both products and what is still inside, all classes in one, are named before small shares of walls."""
+    """Both products, all spheres that are still inside and all walls have one share each."""
     there = {
         "spheres_a": 1.0,
         "spheres_b": 2.0,
@@ -406,7 +406,7 @@ def test_liquid_of_a_deck_at_the_end_by_product(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(ending, "_summary", lambda run: summary)
     classes = [SimpleNamespace(name=name) for name in "ab"]
     run = SimpleNamespace(scene=SimpleNamespace(classes=classes, outlets=[None, None]))
-    printed = "liquid at the end: 40 % outlet overs, 30 % spheres inside, 25 % outlet unders, 4 % wall screen, 1 % left"
+    printed = "liquid at the end: 40 % outlet overs, 30 % spheres inside, 25 % outlet unders, 4 % walls, 1 % left"
     assert [*ending._liquid([run])] == [printed]  # type: ignore[list-item]
     run.scene.outlets = []
     assert [*ending._liquid([run])] == ["liquid at the end: 40 % outlet overs, 25 % outlet unders, 20 % spheres b"]  # type: ignore[list-item]
