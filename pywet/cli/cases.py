@@ -135,6 +135,7 @@ def run(
 
 
 def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks: int) -> None:
+    """Run what a locked folder lacks of a case; raise an error if a stage fails."""
     from pywet import stages
 
     say = partial(showing.err.print, soft_wrap=True)
