@@ -8,7 +8,6 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from pywet.config.entries import Excusable
-from pywet.errors import PywetError
 from pywet.products.size_classes import SizeDistribution, Sizes
 from pywet.scene import Positive
 
@@ -80,13 +79,11 @@ def cut_off(sizes: Sizes) -> str:
 
 
 def not_simulated(description: dict[str, Any]) -> list[str]:
-    """Return a sentence for each feed of a scene of which sizes were left out, as far as its size distribution is there."""
-    found = []
-    for entry in description.get("feed") or ():
-        try:
-            cut = cut_off(SizeDistribution.model_validate(entry["psd"]).sizes(Path()))
-        except PywetError:  # its file is elsewhere now
-            continue
-        if cut:
-            found.append(f"feed {entry['name']} was simulated without {cut}: the numbers are those of the rest")
-    return found
+    """Return a sentence for each feed of a scene of which sizes were left out; not if a file, found from elsewhere, has them."""
+    given = {entry["name"]: entry["psd"] for entry in description.get("feed") or () if not entry["psd"].get("file")}
+    cuts = {name: cut_off(SizeDistribution.model_validate(psd).sizes(Path())) for name, psd in given.items()}
+    return [
+        f"feed {name} was simulated without {cut}: the numbers are those of the rest"
+        for name, cut in cuts.items()
+        if cut
+    ]

@@ -110,7 +110,7 @@ def test_seeds_of_both_sides(runs: list[Path], monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_options_of_an_evaluation_change_no_comparison(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """A run evaluated with another aperture and period is compared as it is without; said so."""
+    """A run evaluated with another aperture and period is compared as it is without, with a notice."""
     runs = [made_up.make(tmp_path / name) for name in "ab"]
     whole, _ = (screening_report.write(run) for run in runs)
     asked = screening_report.write(runs[1], aperture_mm=3.5, from_s=1.0)

@@ -412,8 +412,8 @@ def test_liquid_of_a_deck_at_the_end_by_product(monkeypatch: pytest.MonkeyPatch)
     assert [*ending._liquid([run])] == ["liquid at the end: 40 % outlet overs, 25 % outlet unders, 20 % spheres b"]  # type: ignore[list-item]
 
 
-def test_sizes_that_were_not_simulated_are_named_beside_the_numbers(tmp_path: Path) -> None:
-    """Rosin-Rammler of 5 mm and spread 2.5 from 2.5 mm on: 1 - exp(-0.5^2.5) = 16 % are finer. Not of a file that is gone."""
+def test_sizes_that_were_not_simulated_are_named_with_the_numbers(tmp_path: Path) -> None:
+    """Rosin-Rammler of 5 mm and spread 2.5 from 2.5 mm on: 1 - exp(-0.5^2.5) = 16 % are finer. Not of a file."""
     folder = made_up.make(tmp_path / "run")
     psd = {"rosin_rammler": {"size_mm": 5, "spread": 2.5}, "smallest_mm": 2.5, "largest_mm": 40, "classes": 6}
     gone = {"name": "other", "psd": {"file": "no.csv"}}
