@@ -1,6 +1,6 @@
 """The run directory: its folders, every deletion of more than one file, and its lock.
 
-Only what its list (`files.LIST`) names is deleted, and a folder without a list becomes a run directory only if it is
+Only what its list (`file_list.py`) names is deleted, and a folder without a list becomes a run directory only if it is
 empty. docs/reliability.md lists the files that each module may change.
 
 The lock is for one call that simulates, or any number of calls that evaluate or read a finished run.
@@ -18,7 +18,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from pywet.errors import FileError, PywetError, one_line, shown
-from pywet.util.files import DEEPEST, LIST, covers, listed, open_regular, record, remove, root, stranger, write_here
+from pywet.util.file_list import DEEPEST, LIST, covers, listed, open_regular, record, remove, root, stranger, write_here
 
 LOCK = ".engine.lock"
 FOLDERS = (

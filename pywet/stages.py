@@ -19,7 +19,7 @@ from pywet.engines.choice import chosen
 from pywet.errors import PywetError
 from pywet.runs import record
 from pywet.runs.record import NEEDS, Status, attempt
-from pywet.util.files import remove
+from pywet.util.file_list import remove
 from pywet.util.notices import shown
 
 if TYPE_CHECKING:

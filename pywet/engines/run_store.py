@@ -25,7 +25,8 @@ from pywet.runs import tables
 from pywet.scene import EngineScene
 from pywet.schema import RAW
 from pywet.util import sources
-from pywet.util.files import read_json, remove, write_json
+from pywet.util.file_list import remove
+from pywet.util.files import read_json, write_json
 
 CHECKPOINTS, TABLES = "checkpoint", "tables"
 FINGERPRINT, FINISHED, INDEX, ACCOUNT = "fingerprint.json", "finished.json", "tables.json", "run.json"

@@ -14,7 +14,8 @@ from pywet.geometry import Surface, write_stl
 from pywet.laws.contact import film_volume
 from pywet.scene import EngineScene, WallMesh
 from pywet.schema import CORNERS
-from pywet.util.files import remove, write_json, write_table
+from pywet.util.file_list import remove
+from pywet.util.files import write_json, write_table
 
 
 def wall_mesh(surface: Surface, contact_angle_rad: float, analytic_wires: bool = False) -> WallMesh:

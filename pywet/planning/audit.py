@@ -16,7 +16,8 @@ from typing import Any, Literal
 from pywet.laws.kinds import FORCES, OPT_IN
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Contributions
-from pywet.util.files import read_model, remove, write_json
+from pywet.util.file_list import remove
+from pywet.util.files import read_model, write_json
 
 FILE = "audit.json"
 WITHIN = 3.0

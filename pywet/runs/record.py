@@ -19,7 +19,8 @@ from typing import Any
 from pywet import run_folder
 from pywet.errors import PywetError, one_line, refused
 from pywet.laws import custom_laws
-from pywet.util.files import AGAIN, Model, read_bytes, read_json, read_model, remove, write_json
+from pywet.util.file_list import remove
+from pywet.util.files import AGAIN, Model, read_bytes, read_json, read_model, write_json
 from pywet.util.notices import notice
 
 IDENTITY = "identity.json"

@@ -52,7 +52,8 @@ from pywet.products import until
 from pywet.products.feed import sentence as feed_sentence
 from pywet.products.outlets import refuse_thin, with_reach
 from pywet.runs.rundir import placed
-from pywet.util.files import remove, write_json
+from pywet.util.file_list import remove
+from pywet.util.files import write_json
 from pywet.util.notices import notice
 
 MARGIN_M = 0.010

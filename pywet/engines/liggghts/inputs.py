@@ -17,7 +17,8 @@ from pywet.laws.kinds import KINDS
 from pywet.laws.transfer import v_star_grid
 from pywet.scene import EngineScene
 from pywet.schema import LARGE_WALL, SMALL_WALL, SPHERE
-from pywet.util.files import remove, write_json, write_table
+from pywet.util.file_list import remove
+from pywet.util.files import write_json, write_table
 from pywet.util.notices import bar
 
 
