@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pywet import stages
+from pywet import run_folder, stages
 from pywet.cases.screening import verdict
 from pywet.errors import PywetError
 from pywet.runs import record
@@ -27,9 +27,10 @@ def _fail() -> None:
 
 def _finish(run_dir: Path, fail_at: str | None = None) -> None:
     """Every stage, with real results and all else pretended."""
-    for stage in stages.NEEDS:
-        real = (lambda: stages.results(run_dir)) if stage == "results" else (lambda: None)
-        stages.attempt(run_dir, stage, _fail if stage == fail_at else real)
+    with run_folder.hold(run_dir):
+        for stage in stages.NEEDS:
+            real = (lambda: stages.results(run_dir)) if stage == "results" else (lambda: None)
+            stages.attempt(run_dir, stage, _fail if stage == fail_at else real)
 
 
 def test_a_failed_stage_keeps_its_reason_and_the_next_pass_it_on(tmp_path: Path) -> None:

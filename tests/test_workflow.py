@@ -5,14 +5,17 @@ from __future__ import annotations
 import json
 import os
 import re
+import runpy
 import shutil
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -132,6 +135,25 @@ def test_one_case_and_its_seed_are_taken_from_the_command_line(folder: Path) -> 
     assert (built["name"], built["seed"]) == ("case01", 7)
     again = _snakemake(folder, "-n", scene, "--config", "cases=1", "seed=8")
     assert _jobs(again.stdout + again.stderr)["scene"] == 1
+
+
+@pytest.mark.parametrize("job", ["scene", "simulate", "evaluate"])
+def test_a_job_on_a_folder_in_use_is_refused_before_its_first_stage(tmp_path: Path, job: str) -> None:
+    """Its script, called in another thread while this one has locked the folder."""
+    run, word = tmp_path / "run", tmp_path / "word"
+    word.write_text("word")
+    status = run / "status" / f"{job}.json"
+    given = SimpleNamespace(
+        input=SimpleNamespace(fingerprint=word),
+        output=SimpleNamespace(status=status, results=status),
+        params=SimpleNamespace(ranks=1, engine="liggghts"),
+        resources={},
+        log=[tmp_path / "log"],
+    )
+    script = ROOT / "workflow" / "scripts" / f"{job}.py"
+    with run_folder.hold(run), ThreadPoolExecutor(1) as other, raises_code("lock.active", where=str(run)):
+        other.submit(runpy.run_path, str(script), {"snakemake": given}).result()
+    assert not status.parent.exists()
 
 
 def _by_hand(folder: Path, failed: str | None = None) -> Path:

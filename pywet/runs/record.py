@@ -28,8 +28,6 @@ REFERENCE = "reference.json"
 STATUS = "status/{}.json"
 NEEDS = {"scene": None, "simulate": "scene", "results": "simulate", "replay": "simulate", "vtk": "simulate"}
 """Stage -> the stage that it requires; in order of execution."""
-EVALUATIONS = ("results", "replay", "vtk")
-"""Stages that may run at the same time."""
 
 
 @dataclass(frozen=True)
@@ -80,21 +78,20 @@ def _write(run_dir: Path, name: str, content: Status | Identity | Reference) -> 
 
 
 def attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool = True) -> Status:
-    """Run a stage if the one that it requires succeeded; write and return its status.
+    """Run a stage in its locked folder if the one that it requires succeeded; write and return its status.
 
     An unexpected exception, a fault of pywet, is in the status as well; with `aloud` its traceback and the reason
     of the failure are printed as notices, otherwise it is raised.
     """
-    with run_folder.hold(run_dir, shared=stage in EVALUATIONS):
-        needed, started, fault = NEEDS[stage], time.monotonic(), None
-        status = Status.read(run_dir, needed) if needed else Status("", True, 0.0)
-        if status.ok:
-            reason, code, fault = _failure(work)
-            failed_at = None if reason is None else stage
-            status = Status(stage, reason is None, time.monotonic() - started, failed_at, reason, code)
-        else:
-            status = replace(status, stage=stage, wall_s=0.0)
-        status.write(run_dir)
+    needed, started, fault = NEEDS[stage], time.monotonic(), None
+    status = Status.read(run_dir, needed) if needed else Status("", True, 0.0)
+    if status.ok:
+        reason, code, fault = _failure(work)
+        failed_at = None if reason is None else stage
+        status = Status(stage, reason is None, time.monotonic() - started, failed_at, reason, code)
+    else:
+        status = replace(status, stage=stage, wall_s=0.0)
+    status.write(run_dir)
     if fault is not None and not aloud:
         raise fault
     if fault is not None:

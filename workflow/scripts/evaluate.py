@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pywet import stages
+from pywet import run_folder, stages
 from pywet.runs import record
 
 run_dir = Path(snakemake.output.results).parent.parent
@@ -13,7 +13,7 @@ def replay() -> None:
     stages.replay(run_dir)
 
 
-with stages.logged(Path(snakemake.log[0])):
+with stages.logged(Path(snakemake.log[0])), run_folder.hold(run_dir, shared=True):
     stages.attempt(run_dir, "results", lambda: stages.results(run_dir))
     stages.attempt(run_dir, "replay", replay)
     stages.attempt(run_dir, "vtk", lambda: stages.vtk(run_dir))

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pywet import stages
+from pywet import run_folder, stages
 from pywet.engines.choice import refuse_fewer_cores
 
 ranks, engine, mpi = snakemake.params.ranks, snakemake.params.engine, snakemake.resources.get("mpi", "")
@@ -14,5 +14,5 @@ def work() -> None:
     stages.simulate(run_dir, ranks, progress=True, engine=engine, mpi=mpi)
 
 
-with stages.logged(Path(snakemake.log[0])):
+with stages.logged(Path(snakemake.log[0])), run_folder.hold(run_dir):
     stages.attempt(run_dir, "simulate", work)
