@@ -50,7 +50,6 @@ void BridgeList::place(Bridge &b) const {
 
 void BridgeList::add(Bridge b, const BridgeSums &since) {
   const Laws &laws = world_.laws;
-  index_.set(key_of(b.kind, b.i, b.j), int(bridges.size()));
   prepared_.resize(prepared_.size() + laws.lines);
   if (laws.lines > 0)
     laws.prepare(b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, prepared_[prepared_.size() - laws.lines].number);
@@ -60,6 +59,7 @@ void BridgeList::add(Bridge b, const BridgeSums &since) {
   }
   bridges.push_back(b);
   sums.push_back(since);
+  index(bridges.size() - 1);
   enter(bridges.size() - 1);
 }
 
@@ -71,7 +71,7 @@ void BridgeList::remove(size_t k) {
     bridges[k] = bridges.back();
     sums[k] = sums.back();
     std::copy(prepared_.end() - lines, prepared_.end(), prepared_.begin() + k * lines);
-    index_.set(key_of(bridges[k].kind, bridges[k].i, bridges[k].j), int(k));
+    index(k);
     enter(k);
   }
   bridges.pop_back();
@@ -128,13 +128,10 @@ void BridgeList::take_up(const BridgeRecord *record, int64_t n) {
 
 // Counting sort by the first end, then by the second, since most bridges are in order already.
 std::vector<int> BridgeList::in_order() const {
-  std::vector<int> next(world_.engine.at.nall + 1, 0), order;
-  for (const Bridge &b : bridges)
-    if (b.here) next[b.a + 1]++;
+  std::vector<int> next(world_.engine.at.nall + 1, 0), order(bridges.size());
+  for (const Bridge &b : bridges) next[b.a + 1]++;
   std::partial_sum(next.begin(), next.end(), next.begin());
-  order.resize(next.back());
-  for (size_t k = 0; k < bridges.size(); k++)
-    if (bridges[k].here) order[next[bridges[k].a]++] = int(k);
+  for (size_t k = 0; k < bridges.size(); k++) order[next[bridges[k].a]++] = int(k);
   const auto before = [&](int p, int q) {
     const Bridge &a = bridges[p], &b = bridges[q];
     return a.b != b.b ? a.b < b.b : a.j < b.j;
@@ -147,33 +144,51 @@ std::vector<int> BridgeList::in_order() const {
   return order;
 }
 
-// Precomputed data are moved along; those of bridges that left this rank are dropped.
+// Bridges that left this rank are dropped. The others are moved within their memory, one cycle of the permutation after the other:
+// most are in place, and bridges that do not move cost nothing.
 void BridgeList::sort() {
   for (Bridge &b : bridges) place(b);
-  const std::vector<int> order = in_order();
-  index_.begin(order.size());
-  std::vector<Bridge> sorted;
-  std::vector<BridgeSums> sums_in_order;
-  std::vector<CacheLine> lines;
-  std::vector<Site> sites_in_order;      // without the sites of ruptured bridges
-  sorted.reserve(order.size());
-  sums_in_order.reserve(order.size());
-  lines.reserve(prepared_.size());
-  for (int k : order) {
-    lines.insert(lines.end(), prepared(k), prepared(k + 1));
-    index_.set(key_of(bridges[k].kind, bridges[k].i, bridges[k].j), int(sorted.size()));
-    sorted.push_back(bridges[k]);
-    sums_in_order.push_back(sums[k]);
-    if (bridges[k].kind == SPHERE) continue;
-    sorted.back().site = int(sites_in_order.size());
-    sites_in_order.push_back(std::move(sites[bridges[k].site]));
+  for (size_t k = bridges.size(); k-- > 0;)
+    if (!bridges[k].here) remove(k);
+  std::vector<int> order = in_order();
+  const int lines = world_.laws.lines;
+  std::vector<CacheLine> line(lines);
+  for (size_t first = 0; first < order.size(); first++) {
+    if (order[first] == int(first)) continue;
+    const Bridge b = bridges[first];
+    const BridgeSums since = sums[first];
+    std::copy(prepared(first), prepared(first + 1), line.begin());
+    size_t to = first;
+    for (size_t from; (from = order[to]) != first; to = from) {
+      bridges[to] = bridges[from];
+      sums[to] = sums[from];
+      std::copy(prepared(from), prepared(from + 1), prepared_.begin() + to * lines);
+      index(to);
+      order[to] = int(to);
+    }
+    bridges[to] = b;
+    sums[to] = since;
+    std::copy(line.begin(), line.end(), prepared_.begin() + to * lines);
+    index(to);
+    order[to] = int(to);
   }
-  bridges.swap(sorted);
-  sums.swap(sums_in_order);
-  prepared_.swap(lines);
+  if (index_.crowded(bridges.size())) {
+    index_.begin(bridges.size());
+    for (size_t k = 0; k < bridges.size(); k++) index(k);
+  }
+  std::vector<Site> sites_in_order;      // without the sites of ruptured bridges
+  for (size_t k = 0; k < bridges.size(); k++) {
+    Bridge &b = bridges[k];
+    if (b.kind != SPHERE) {
+      sites_in_order.push_back(std::move(sites[b.site]));
+      b.site = int(sites_in_order.size()) - 1;
+    }
+    enter(k);
+  }
   sites.swap(sites_in_order);
-  for (size_t k = 0; k < bridges.size(); k++) enter(k);
 }
+
+void BridgeList::index(size_t k) { index_.set(key_of(bridges[k].kind, bridges[k].i, bridges[k].j), int(k)); }
 
 void BridgeList::enter(size_t k) {
   if (blocks.size() * BATCH <= k) blocks.resize(k / BATCH + 1);

@@ -43,7 +43,8 @@ class BridgeList {
   std::shared_ptr<const BridgeRecord> recorded_;     // bridges of the checkpoint that may have an end on this rank
   int64_t count_recorded_ = 0;
 
-  std::vector<int> in_order() const;     // order of the bridges that have an end on this rank
+  std::vector<int> in_order() const;     // order of the bridges in memory that `sort` makes
+  void index(size_t k);
   void enter(size_t k);
   BridgeRecord record(size_t k) const;
   void take_up(const BridgeRecord *record, int64_t n);

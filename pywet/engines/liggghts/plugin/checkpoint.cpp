@@ -180,7 +180,7 @@ void Checkpoint::resume(const std::string &state_file) {
     at.liquid[a][FILM] = sphere.film;
     at.liquid[a][LOAD] = sphere.load;
     at.liquid[a][WEIGHED] = sphere.weighed;
-    std::copy(sphere.impulse, sphere.impulse + 3, at.liquid[a] + IMPULSE);
+    std::copy(sphere.impulse, sphere.impulse + 3, at.impulse(a));
   }
   const BridgeRecord *bridges = from.next<BridgeRecord>(head.bridges);
   for (const BridgeRecord *b = bridges; b < bridges + head.bridges; b++) {

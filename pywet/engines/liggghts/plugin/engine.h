@@ -46,6 +46,7 @@ struct View {
   Images images;                                        // periodic images of the box
   // Distance vector of two spheres, by the nearest images of both: a ghost represents its sphere wherever it is.
   Vec apart(int a, int b) const { return images.nearest(Vec(x[a]) - Vec(x[b])); }
+  double *impulse(int a) const { return liquid[0] + size_t(NUMBERS_TAKEN) * a + IMPULSE; }  // the engine's vectors are contiguous
   bool free(int a) const { return mask[a] & free_group; }  // moved by forces, not at a prescribed velocity
   bool owned(int a) const { return a >= 0 && a < nlocal; }
 };

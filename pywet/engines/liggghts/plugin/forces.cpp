@@ -19,9 +19,29 @@ static void fetch(const Block *next, size_t line) {
   if (64 * line < sizeof(Block)) __builtin_prefetch(reinterpret_cast<const char *>(next) + 64 * line);
 }
 
+// Prefetches what a bridge needs of its second end, which lies elsewhere in memory: its state a few bridges ahead, its sums for `add`.
+void Forces::fetch_ends(const Block &block, int k, bool last) const {
+  const int DISTANCE = 16;
+  const View &at = world_.engine.at;
+  const int later = k + DISTANCE;
+  const int c = later < BATCH ? block.b[later] : last ? -1 : (&block + 1)->b[later - BATCH];
+  if (c >= 0) {
+    __builtin_prefetch(at.x[0] + 3 * c);
+    __builtin_prefetch(at.v[0] + 3 * c);
+    __builtin_prefetch(at.omega[0] + 3 * c);
+  }
+  const int b = block.b[k];
+  if (b < 0) return;
+  __builtin_prefetch(at.f[0] + 3 * b, 1);
+  __builtin_prefetch(at.torque[0] + 3 * b, 1);
+  __builtin_prefetch(at.impulse(b), 1);
+  __builtin_prefetch(at.impulse(b) + 2, 1);
+}
+
 // Positions and velocities of the ends of the bridges.
 void Forces::gather(BridgeBatch &t) {
   const Block &block = standing_.blocks[t.first / BATCH];
+  const bool last = t.first + BATCH >= standing_.bridges.size();
   const View &at = world_.engine.at;
   const Walls &walls = world_.walls;
   auto set = [&t](double (*out)[BATCH], int k, const Vec &a) {
@@ -34,6 +54,7 @@ void Forces::gather(BridgeBatch &t) {
     fetch(&block + 1, k);
     fetch(&block + 1, BATCH + k);
     for (size_t line = 0; line < lines; line++) __builtin_prefetch(standing_.prepared(t.first + k) + line);
+    fetch_ends(block, k, last);
     const int a = block.a[k], b = block.b[k];
     t.acts[k] = a >= 0;
     if (a < 0) {  // not owned by this rank
@@ -139,7 +160,7 @@ void Forces::add(BridgeBatch &t) {
     if (!engine.owned(before)) return;
     store(f, engine.f[before]);
     store(q, engine.torque[before]);
-    store(p, engine.liquid[before] + IMPULSE);
+    store(p, engine.impulse(before));
   };
   for (int k = 0; k < t.n; k++) {
     if (!t.acts[k]) continue;
@@ -147,7 +168,7 @@ void Forces::add(BridgeBatch &t) {
     if (!(t.square[k] < INF)) single_.not_finite(standing_.bridges[t.first + k], block.row[SEPARATION][k]);
     if (a != before) {
       put();
-      f = vector_of(engine.f, a); q = vector_of(engine.torque, a); p = Vec(engine.liquid[a] + IMPULSE);
+      f = vector_of(engine.f, a); q = vector_of(engine.torque, a); p = Vec(engine.impulse(a));
       before = a;
     }
     const Vec force = at(t.force, k);
@@ -157,7 +178,7 @@ void Forces::add(BridgeBatch &t) {
     if (engine.owned(b)) {
       accumulate(engine.f[0] + 3 * b, (-1.0) * force);
       accumulate(engine.torque[0] + 3 * b, at(t.torque_j, k));
-      accumulate(engine.liquid[b] + IMPULSE, (-span) * force);
+      accumulate(engine.impulse(b), (-span) * force);
     }
     sums_.add(standing_.sums[t.first + k], block.row[SEPARATION][k], t.pull[k], t.viscous[k]);
     if (recorded) record(t, k);

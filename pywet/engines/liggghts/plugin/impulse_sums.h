@@ -18,7 +18,7 @@ class ImpulseSums {
     before_.clear();
     const View &at = world_.engine.at;
     for (int a = 0; a < at.nlocal && world_.clock.output(); a++)
-      for (int k = 0; k < 3; k++) before_.push_back(at.liquid[a][IMPULSE + k]);
+      for (int k = 0; k < 3; k++) before_.push_back(at.impulse(a)[k]);
   }
 
   // Number of steps for which the forces evaluated next act; zero if a set-up repeats a step.
@@ -29,8 +29,8 @@ class ImpulseSums {
   // Adds the impulse of a force on the first sphere of a bridge, and of its reaction on the second.
   void add(int a, int b, const Vec &force) const {
     const View &at = world_.engine.at;
-    if (at.owned(a)) accumulate(at.liquid[a] + IMPULSE, span_ * force);
-    if (at.owned(b)) accumulate(at.liquid[b] + IMPULSE, (-span_) * force);
+    if (at.owned(a)) accumulate(at.impulse(a), span_ * force);
+    if (at.owned(b)) accumulate(at.impulse(b), (-span_) * force);
   }
 
   void add(BridgeSums &sums, double separation, double capillary, double viscous) const {
@@ -42,7 +42,7 @@ class ImpulseSums {
 
   // Impulse on a sphere up to this output; the rest of the step belongs to the next one.
   Vec taken(int a) const {
-    double *now = world_.engine.at.liquid[a] + IMPULSE, until[3];
+    double *now = world_.engine.at.impulse(a), until[3];
     for (int k = 0; k < 3; k++) {
       const double before = before_[3 * a + k];
       until[k] = 0.5 * (before + now[k]);

@@ -1,4 +1,4 @@
-// Hash table from the key of a bridge to its index. One block of memory, refilled whenever the bridges are sorted.
+// Hash table from the key of a bridge to its index. One block of memory.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -26,6 +26,8 @@ class Index {
   void forget(uint64_t name) {
     if (find(name) >= 0) slots_[slot_of(name)].place = -1;
   }
+
+  bool crowded(size_t bridges) const { return used_ > 2 * bridges + 64; }  // with slots of forgotten bridges
 
  private:
   static const uint64_t NOBODY = ~uint64_t(0);
