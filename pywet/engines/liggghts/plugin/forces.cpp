@@ -14,16 +14,17 @@ Geometry Forces::geometry_of(const BridgeBatch &t, int k) const {
 // The engine stores its vectors contiguously.
 static Vec vector_of(double **all, int a) { return Vec(all[0] + 3 * a); }
 
+// Unless it is inlined, a call of a function that only prefetches is dropped by the compiler, as one without effect.
+#define INLINE static inline __attribute__((always_inline))
+
 // Prefetches a cache line of the next block: a block has too many rows for the processor's own prefetcher.
-static void fetch(const Block *next, size_t line) {
+INLINE void fetch(const Block *next, size_t line) {
   if (64 * line < sizeof(Block)) __builtin_prefetch(reinterpret_cast<const char *>(next) + 64 * line);
 }
 
 // Prefetches what a bridge needs of its second end, which lies elsewhere in memory: its state a few bridges ahead, its sums for `add`.
-void Forces::fetch_ends(const Block &block, int k, bool last) const {
-  const int DISTANCE = 16;
-  const View &at = world_.engine.at;
-  const int later = k + DISTANCE;
+INLINE void fetch_ends(const View &at, const Block &block, int k, bool last) {
+  const int later = k + 16;
   const int c = later < BATCH ? block.b[later] : last ? -1 : (&block + 1)->b[later - BATCH];
   if (c >= 0) {
     __builtin_prefetch(at.x[0] + 3 * c);
@@ -54,7 +55,7 @@ void Forces::gather(BridgeBatch &t) {
     fetch(&block + 1, k);
     fetch(&block + 1, BATCH + k);
     for (size_t line = 0; line < lines; line++) __builtin_prefetch(standing_.prepared(t.first + k) + line);
-    fetch_ends(block, k, last);
+    fetch_ends(at, block, k, last);
     const int a = block.a[k], b = block.b[k];
     t.acts[k] = a >= 0;
     if (a < 0) {  // not owned by this rank

@@ -31,7 +31,6 @@ class Forces {
   BridgeBatch together_{};
 
   Geometry geometry_of(const BridgeBatch &t, int k) const;
-  void fetch_ends(const Block &block, int k, bool last) const;
   void gather(BridgeBatch &t);
   void rupture(BridgeBatch &t, std::vector<Event> &events) const;
   void evaluate(BridgeBatch &t);
