@@ -1,6 +1,6 @@
 """How cost grows with the number of spheres, and what two ranks save: a moist bed of ten layers on a floor, made wider.
 
-    python benchmarks/growth.py [--sizes 4 16 64] [--ranks 1 2 4]
+    python benchmarks/growth.py [--sizes 4 16 64] [--ranks 1 2 4] [--bare]
 
 Spheres stand on a shaken lattice whose films meet, three bridges each, are numbered by chance, as a fill has them, and drift at
 1 m/s, so that the engine makes its lists again. Per size and number of ranks, each
@@ -127,8 +127,8 @@ def by_itself(
         return Taken(**json.loads(done.stdout.splitlines()[-1])), spent() - before
 
 
-def row(thousands: int, ranks: int, account: Path, rounds: int, steps: int) -> str:
-    """Measure one size on one number of ranks."""
+def row(thousands: int, ranks: int, account: Path, rounds: int, steps: int, bare: bool) -> str:
+    """Measure one size on one number of ranks; if `bare`, without outputs and replay."""
     side = SIDES[thousands]
     n = side * side * LAYERS
     step, memory = [], 0
@@ -138,11 +138,13 @@ def row(thousands: int, ranks: int, account: Path, rounds: int, steps: int) -> s
         step.append(1e9 * ((long.loop_s - long.mpi_s) - (short.loop_s - short.mpi_s)) / (2 * steps) / n)
         memory = max(memory, *long.memory_B)
     near, everyone = (1e-3 * (getattr(long, k) - getattr(short, k)) / (2 * steps) for k in ("near_B", "all_B"))
+    head = f"{n:9d}{ranks:6d}{min(step):7.0f}{max(step):7.0f}{1e-6 * memory:9.0f}{1e-3 * memory / n:9.2f}{long.start_s:9.1f}"
+    if bare:
+        return f"{head}{math.nan:9.0f}{math.nan:9.0f}{math.nan:9.0f}{near:9.1f}{everyone:9.1f}"
     more, replay = by_itself(side, 3 * steps, OUTPUTS + 1, ranks, account, replay=ranks == 1)
     output = 1e6 * ((more.loop_s - more.mpi_s) - (long.loop_s - long.mpi_s)) / OUTPUTS / n
     return (
-        f"{n:9d}{ranks:6d}{min(step):7.0f}{max(step):7.0f}{1e-6 * memory:9.0f}{1e-3 * memory / n:9.2f}{long.start_s:9.1f}"
-        f"{output:9.2f}{(more.disk_B - long.disk_B) / OUTPUTS / n:9.0f}{1e6 * replay / n if replay else math.nan:9.0f}"
+        f"{head}{output:9.2f}{(more.disk_B - long.disk_B) / OUTPUTS / n:9.0f}{1e6 * replay / n if replay else math.nan:9.0f}"
         f"{near:9.1f}{everyone:9.1f}"
     )
 
@@ -161,6 +163,7 @@ def main() -> None:
     parser.add_argument("--ranks", nargs="+", type=int, default=[1])
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--steps", type=int, default=100, help="of the shorter run")
+    parser.add_argument("--bare", action="store_true", help="without outputs and replay")
     parser.add_argument("--one", nargs=5, help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.one:
@@ -174,7 +177,7 @@ def main() -> None:
         print(HEAD, flush=True)
         for thousands in asked.sizes:
             for ranks in asked.ranks:
-                print(row(thousands, ranks, account, asked.rounds, asked.steps), flush=True)
+                print(row(thousands, ranks, account, asked.rounds, asked.steps, asked.bare), flush=True)
 
 
 if __name__ == "__main__":
