@@ -15,7 +15,6 @@ from pywet import run_folder
 from pywet.products import apertures, screening_report, until
 from pywet.products.apertures import of_deck
 from pywet.products.feed import not_simulated
-from pywet.products.screening_report import RESULT
 from pywet.products.streams import PRODUCTS, decks
 from pywet.report import page
 from pywet.report.pictures import COLOURS, INK, STYLE, legend, panels, plt
@@ -30,6 +29,8 @@ MOISTURE = "moisture, overs / unders"
 """Name of the moisture of both products, which a dry feed does not have."""
 PAGE = "screen"
 """Name of the page."""
+Evaluated = tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]
+"""Numbers, partition curve and time series of a deck."""
 
 
 def shown(value: float | None, unit: str = "", digits: int = 3) -> str:
@@ -174,9 +175,17 @@ def _more(numbers: dict[str, Any]) -> dict[str, str]:
     found["spheres, overs / unders"] = " / ".join(str(numbers["spheres"][p]) for p in PRODUCTS)
     for p in PRODUCTS:
         found[f"residence of the {p}, mean"] = shown(numbers["residence_s"][p]["mean"], " s")
-    steady = "steady" if numbers["steady"] else "no steady state: second half of the feed"
-    found["means from – to"] = f"{numbers['from_s']:.3g} – {numbers['to_s']:.3g} s ({steady})"
+    found["means from – to"] = f"{numbers['from_s']:.3g} – {numbers['to_s']:.3g} s ({_period(numbers)})"
     return found
+
+
+def _period(numbers: dict[str, Any]) -> str:
+    """Describe why means are over this time: only what was looked for is called steady."""
+    if numbers["kind"] == "batch":
+        return "batch"
+    if "from" in numbers.get("options", {}):
+        return "from --from on"
+    return "steady" if numbers["steady"] else "no steady state: second half of the feed"
 
 
 def _partition(numbers: dict[str, Any], curve: pd.DataFrame) -> str:
@@ -286,29 +295,22 @@ def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
     return page.curves(figure, "pegging", caption)
 
 
-def of_run(folder: Path) -> list[page.Section]:
-    """Return the sections of all decks of a run with screening results; none for other runs."""
-    run = RunDir(folder)
-    return [s for deck in range(1, decks(run.scene) + 1) for s in _of_deck(run, deck)]
-
-
-def _of_deck(run: RunDir, deck: int) -> list[page.Section]:
-    numbers: dict[str, Any] | None = run.json(f"results/{of_deck(RESULT, deck)}.json", dict[str, Any])
-    if numbers is None:
-        return []
-    tables = (run.table(f"results/{of_deck(name, deck)}") for name in ("partition", "screen_series"))
-    return sections(run, numbers, *tables)
+def of_run(folder: Path) -> list[Evaluated]:
+    """Return the results of all decks of a run as `pywet screen` evaluates them without options; none for other runs."""
+    every = (screening_report.stored_with_tables(folder, deck) for deck in range(1, decks(RunDir(folder).scene) + 1))
+    return [found for found in every if found]
 
 
 def write(folder: Path, numbers: dict[str, Any]) -> Path:
     """Write the page of a deck of an evaluated run and return its path."""
-    deck = numbers["deck"]
+    run, deck = RunDir(folder), numbers["deck"]
     warning = unsteady(numbers)
     lead = "".join(f"{line[0].upper()}{line[1:]}. " for line in (warning, *left_out(folder)) if line)
     lead += "Partition, efficiency, throughput, products, with 95 % intervals within the run."
     return page.write(
-        page_of(folder, deck), f"Screen: {numbers['run']}", lead, _of_deck(RunDir(folder), deck), cards(five(numbers))
-    )
+        page_of(folder, deck), f"Screen: {numbers['run']}", lead,
+        sections(run, numbers, *screening_report.tables(run, deck)), cards(five(numbers)),
+    )  # fmt: skip
 
 
 def page_of(folder: Path, deck: int) -> Path:

@@ -267,7 +267,7 @@ def test_values_have_intervals_and_an_unsteady_run_is_named(made: Path, tmp_path
     """Five numbers with intervals, and what is not steady, on the terminal, on the page and at the end of a run."""
     run = shutil.copytree(made, tmp_path / "run")
     found = screening_report.write(run, aperture_mm=2.5, from_s=FROM_S)
-    (run / "results" / "screen.json").write_text(json.dumps({**found, "steady": False, "from_s": 1.0}))
+    (run / "results" / "screen.json").write_text(json.dumps({**found, "options": {}, "steady": False, "from_s": 1.0}))
     words = screen_page.five(found)
     assert [key for key, text in words.items() if not {"±", "–"} & {*text}] == ["ecart probable"]
     ends = [f"{100 * found[f'efficiency_{end}']:.3g}" for end in ("low", "high")]
@@ -281,12 +281,27 @@ def test_values_have_intervals_and_an_unsteady_run_is_named(made: Path, tmp_path
     assert ("not steady" in result.output) == (not numbers(run)["steady"])
 
 
+def test_pages_of_a_run_evaluate_without_options(made: Path, tmp_path: Path) -> None:
+    """After `--aperture --from` a run ends with the numbers and tables of before; `screen.html` has those asked for."""
+    run = shutil.copytree(made, tmp_path / "run")
+    usual = screening_report.write(run)
+    lines, (before,) = list(ending._screen([RunDir(run)])), screen_page.of_run(run)
+    asked = screening_report.write(run, aperture_mm=3.5, from_s=1.0)
+    assert asked["efficiency"] != usual["efficiency"] and asked["spheres"] != usual["spheres"]
+    after = screen_page.of_run(run)[0]
+    assert {**after[0], "options": {}} == usual == before[0] and list(ending._screen([RunDir(run)])) == lines
+    for one, other in zip(before[1:], after[1:], strict=True):
+        pd.testing.assert_frame_equal(one, other)
+    assert "1 – 2 s (from --from on)" in screen_page.write(run, asked).read_text()
+
+
 def test_cards_and_seeds_in_words(made: Path, tmp_path: Path) -> None:
     """A card has the value in front and its interval behind the name; of d50 of 2, 3, 4 mm the mean is 3.0 ± 2.5 mm (Student)."""
     found = numbers(made)
     cut = screen_page.cards(screen_page.five(found))[0]
     assert cut.value == "2.5 mm" and cut.text.startswith("cut size d50 (")
     assert screen_page.between(3.57, (None, 5.18), " mm") == "3.57 mm (at most 5.18)"
+    found["options"] = {}  # as if these were the run's own
     every = [{**found, "d50_mm": d50, "pegged_share": share} for d50, share in ((2.0, None), (3.0, 0.1), (4.0, 0.1))]
     words = screen_page.over_seeds(every)
     assert words.keys() == screen_page.five(found).keys()
