@@ -12,7 +12,7 @@ import pandas as pd
 
 from pywet.products import apertures, flowsheet, intervals, streams
 from pywet.products.apertures import of_deck
-from pywet.products.partition import Separation, partition_curve, separation, size_at
+from pywet.products.partition import WITHIN, Separation, partition_curve, separation, size_at
 from pywet.products.steady import block_mean
 from pywet.products.streams import PRODUCTS, Streams
 from pywet.runs.rundir import RunDir
@@ -198,6 +198,11 @@ def write(
     defined: dict[str, Any] = finite(numbers)
     write_json(folder / f"{of_deck(RESULT, deck)}.json", defined)
     return defined
+
+
+def cut_position(numbers: dict[str, Any]) -> str:
+    """Return where the cut size is among the sizes, or why there is none; of older results only whether there is one."""
+    return str(numbers.get("d50_position") or (WITHIN if numbers["d50_mm"] is not None else "outside the sizes"))
 
 
 def tables(run: RunDir, deck: int = 1) -> tuple[pd.DataFrame, pd.DataFrame]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,8 @@ from pywet import run_folder
 from pywet.products import apertures, screening_report, until
 from pywet.products.apertures import of_deck
 from pywet.products.feed import not_simulated
+from pywet.products.partition import LEFT_NONE, WITHIN
+from pywet.products.screening_report import cut_position
 from pywet.products.streams import PRODUCTS, decks
 from pywet.report import page
 from pywet.report.pictures import COLOURS, INK, STYLE, legend, panels, plt
@@ -64,8 +67,8 @@ def five(numbers: dict[str, Any]) -> dict[str, str]:
     products = " / ".join(measured(moist[p], scatter.get(p), " %") for p in PRODUCTS)
     products += f", feed {shown(numbers['feed_moisture_percent'], ' %')}"
     return {
-        "cut size d50": between(numbers["d50_mm"], cut, " mm") + _outside(numbers, "d50_mm"),
-        "ecart probable": shown(numbers["ecart_probable_mm"], " mm") + _outside(numbers, "ecart_probable_mm"),
+        "cut size d50": between(numbers["d50_mm"], cut, " mm") + _outside(numbers),
+        "ecart probable": shown(numbers["ecart_probable_mm"], " mm") + _without_quartiles(numbers),
         "efficiency": between(numbers["efficiency"], sharp, " %", 100.0),
         f"throughput, {of}": f"{rate}, {shown(per_area, ' t/(h m²)')}",
         **({MOISTURE: products} if moistened(numbers) else {}),
@@ -80,34 +83,42 @@ def moistened(numbers: dict[str, Any]) -> bool:
     return bool(numbers["feed_moisture_percent"])
 
 
-def _outside(numbers: dict[str, Any], key: str) -> str:
-    """Say why a size of the partition curve is not defined; nothing if it is, or if nothing left the screen."""
-    overs, unders = (numbers["spheres"][p] for p in PRODUCTS)
-    if numbers[key] is not None or not overs + unders:
-        return ""
-    if key == "ecart_probable_mm":
-        return " (d25 or d75 outside the sizes)"
-    return f" (outside the sizes: {overs} spheres to the overs, {unders} to the unders)"
+def _outside(numbers: dict[str, Any]) -> str:
+    """Say that the cut size is at an end of the sizes, or why there is none; nothing if sizes on both sides enclose it."""
+    where = cut_position(numbers)
+    if numbers["d50_mm"] is not None:
+        return "" if where == WITHIN else f", {where}"
+    counts = ", ".join(f"{numbers['spheres'][p]} {p}" for p in PRODUCTS)
+    return f" ({where})" if where == LEFT_NONE else f" ({where}: {counts})"
+
+
+def _without_quartiles(numbers: dict[str, Any]) -> str:
+    """Say why the ecart probable is not defined; nothing if it is, or if nothing left the screen."""
+    undefined = numbers["ecart_probable_mm"] is None and any(numbers["spheres"][p] for p in PRODUCTS)
+    return " (d25 or d75 outside the sizes)" if undefined else ""
+
+
+def not_within(every: Iterable[dict[str, Any]]) -> str:
+    """Count the cut sizes that sizes on both sides do not enclose, by where they are; empty if all are enclosed."""
+    counts = Counter(cut_position(numbers) for numbers in every)
+    return ", ".join(f"{count} {where}" for where, count in counts.items() if where != WITHIN)
 
 
 def over_seeds(every: Sequence[dict[str, Any]]) -> dict[str, str]:
     """Return the five numbers of several seeds: mean ± half of its 95 % interval over those for which they are defined."""
     of = "all" if all("all" in numbers["throughput_t_per_h"] for numbers in every) else "unders"
 
-    def mean(values: Iterable[float | None], unit: str, factor: float = 1.0) -> str:
+    def mean(values: Iterable[float | None], unit: str, factor: float = 1.0, others: str = "") -> str:
         there = [factor * value for value in values if value is not None]
-        lacking = f" ({len(there)} of {len(every)} seeds)" if 0 < len(there) < len(every) else ""
-        return f"{with_interval(there)}{unit}{lacking}" if there else "–"
+        notes = [f"{len(there)} of {len(every)} seeds"] if 0 < len(there) < len(every) else []
+        notes += [others] if others else []
+        return (f"{with_interval(there)}{unit}" if there else "–") + (f" ({'; '.join(notes)})" if notes else "")
 
-    def size(key: str) -> str:
-        return mean((n[key] for n in every), " mm") + (
-            _outside(every[0], key) if {n[key] for n in every} == {None} else ""
-        )
-
+    ecart = mean((n["ecart_probable_mm"] for n in every), " mm")
     moist = [numbers["moisture_percent_of_dry_mass"] for numbers in every]
     return {
-        "cut size d50": size("d50_mm"),
-        "ecart probable": size("ecart_probable_mm"),
+        "cut size d50": mean((n["d50_mm"] for n in every), " mm", others=not_within(every)),
+        "ecart probable": ecart + (_without_quartiles(every[0]) if ecart == "–" else ""),
         "efficiency": mean((n["efficiency"] for n in every), " %", 100.0),
         f"throughput, {of}": mean((n["throughput_t_per_h"].get(of) for n in every), " kg/h", 1e3),
         **({MOISTURE: " / ".join(mean((m[p] for m in moist), " %") for p in PRODUCTS)} if moistened(every[0]) else {}),
