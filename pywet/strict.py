@@ -5,8 +5,16 @@ from __future__ import annotations
 from collections.abc import Container, Iterator
 from typing import Any, ClassVar, Self, get_args
 
-from pydantic import BaseModel, ConfigDict, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+
+def refuse(model: type[BaseModel], wrong: list[PydanticCustomError]) -> None:
+    """Raise all errors of a group in one; nothing if there is none."""
+    if wrong:
+        raise ValidationError.from_exception_data(
+            model.__name__, [InitErrorDetails(type=one, input=None) for one in wrong]
+        )
 
 
 class Strict(BaseModel):
@@ -18,11 +26,13 @@ class Strict(BaseModel):
     @classmethod
     def _no_switch_for_a_number(cls, given: Any) -> Any:
         """Refuse a boolean for a number, since True would count as 1 (YAML reads yes, on, y … as true)."""
+        wrong = []
         for key, field in cls.model_fields.items() if isinstance(given, dict) else ():
             value, kind = given.get(key), field.annotation
             switch = any(v is True or v is False for v in (value if isinstance(value, (list, tuple)) else (value,)))
             if switch and kind is not bool and not any(v is True for v in get_args(kind)):
-                raise PydanticCustomError("switch", "a number", {"key": key, "value": value})
+                wrong.append(PydanticCustomError("switch", "a number", {"key": key, "value": value}))
+        refuse(cls, wrong)
         return given
 
 
@@ -37,13 +47,12 @@ class Computable(Strict):
     @model_validator(mode="after")
     def _computable(self) -> Self:
         """Check that numbers without a range are neither too large nor too small for double precision."""
-        for key, value in self:
-            for number in () if key in self.RANGED else _numbers(value):
-                if number and not self.LEAST <= abs(number) <= self.MOST:
-                    expected = f"0 or a number of size {self.LEAST:g} to {self.MOST:g}"
-                    raise PydanticCustomError(
-                        "implausible", "to be in range", {"key": key, "value": number, "expected": expected}
-                    )
+        expected = f"0 or a number of size {self.LEAST:g} to {self.MOST:g}"
+        numbers = [(key, n) for key, value in self if key not in self.RANGED for n in _numbers(value)]
+        refuse(type(self), [
+            PydanticCustomError("implausible", "to be in range", {"key": key, "value": n, "expected": expected})
+            for key, n in numbers if n and not self.LEAST <= abs(n) <= self.MOST
+        ])  # fmt: skip
         return self
 
 

@@ -21,6 +21,7 @@ from pywet.cli.app import app
 from pywet.config import load
 from pywet.config.schema import schemas
 from pywet.errors import PywetError
+from pywet.scene_stages import read_scene
 from tests.error_codes import raises_code
 
 ROOT = Path(__file__).parents[1]
@@ -492,6 +493,39 @@ def test_the_reference_counts_a_custom_feed_as_the_configuration_says(folder: Pa
     for number in (2, 50, 51):
         found = amounts.classes(loaded.resolved(number, "smoke"))
         assert [c.count for c in found] == [c.count for c in cases.ingredients(loaded, number, "smoke").classes]
+
+
+SEVERAL = """
+duration_s: 1e9
+seed: yes
+gravity_m_per_s2: [0, 0, off]
+materials:
+  glass: {density_kg_per_m3: 2500000, restitution: 1.5}
+  steel: {density_kg_per_m3: 7800, friction: high, colour: grey}
+spheres:
+  - {name: a, material: glass, diameter_mm: -3, count: 10, box: {low_mm: [0, 0, 0], high_mm: [30, 30, 30]}}
+  - {name: b, material: steel, diameter_mm: 3000000, box: {low_mm: [0, 0, 0], high_mm: [30, 30, 30]}}
+results: {windows: -3}
+"""
+
+
+def test_mistakes_that_hide_others_are_reported_with_them(tmp_path: Path) -> None:
+    """A switch for a number hides all of its group, a wrong entry the ranges of its group and of the groups around it; that
+    spheres b have no count is no independent mistake, and b is not called inconsistent without its diameter."""
+    file = tmp_path / "several.yaml"
+    file.write_text("name: several" + SEVERAL)
+    done = CliRunner().invoke(app, ["run-scene", str(file), "--check"])
+    lines = done.stderr.splitlines()
+    assert done.exit_code == 1 and all(line.startswith(f"{file}: ") for line in lines)
+    given = ["key materials.steel.colour is not known", "gravity_m_per_s2 is [0, 0, False]", "seed is True",
+             "materials.glass.restitution is 1.5", "materials.steel.friction is 'high'", "spheres.0.diameter_mm is -3",
+             "results.windows is -3", "spheres.1.diameter_mm is 3000000", "materials.glass.density_kg_per_m3 is 2500000",
+             "duration_s is 1000000000"]  # fmt: skip
+    assert sorted(
+        line.removeprefix(f"{file}: ").partition(", expected")[0].removesuffix(".0") for line in lines
+    ) == sorted(given)
+    with raises_code("config.unknown_key", key="materials.steel.colour", given="grey"):
+        read_scene(file)
 
 
 def test_mistakes_in_all_files_are_reported_at_once(folder: Path) -> None:

@@ -117,12 +117,11 @@ def _retained(runs: Sequence[RunDir]) -> Iterator[str]:
 
 def _screen(runs: Sequence[RunDir]) -> Iterator[str]:
     """Return the lines on the screen of a custom scene, of several seeds the means."""
-    from pywet.products import until
-    from pywet.products.screening_report import RESULT
+    from pywet.products import screening_report, until
     from pywet.report.screen_page import five, over_seeds, unsteady
 
     if all(_screened(run) for run in runs):
-        read: list[dict[str, Any]] = [run.json(f"results/{RESULT}.json", Any) for run in runs]
+        read = [numbers for run in runs if (numbers := screening_report.stored(run.path))]
         words = five(read[0]) if len(read) == 1 else over_seeds(read)
         names = [f"{name:<{max(map(len, words))}}" for name in words]
         yield from (f"{name}  {value}" for name, value in zip(names, words.values(), strict=True))

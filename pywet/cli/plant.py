@@ -57,12 +57,15 @@ def screen_numbers(
 
 def _over_seeds(found: Sequence[dict[str, Any]]) -> Iterator[str]:
     """Yield the means over several seeds of one scene with their intervals."""
+    from pywet.report import screen_page
     from pywet.runs.spread import with_interval
 
+    lacking = screen_page.not_within(found)
     for key, name, factor in (("d50_mm", "cut size [mm]", 1.0), ("efficiency", "efficiency [%]", 100.0)):
         values = [factor * numbers[key] for numbers in found if numbers[key] is not None]
         if len(values) > 1:
-            yield f"{name}: {with_interval(values)} (mean of {len(values)} runs, 95 %)"
+            notes = f"; {lacking}" if lacking and key == "d50_mm" else ""
+            yield f"{name}: {with_interval(values)} (mean of {len(values)} runs, 95 %{notes})"
 
 
 @app.command()

@@ -124,6 +124,8 @@ def show(comparison: verdict.Comparison) -> None:
             out.print(f"{label.upper()} {sentence}", soft_wrap=True)
     if comparison.left_out:
         out.print(f"not compared, since only some runs have them: {', '.join(comparison.left_out)}", soft_wrap=True)
+    for note in comparison.notes:
+        out.print(note, soft_wrap=True, markup=False)
     out.print(f"method: {comparison.method}", soft_wrap=True)
 
 

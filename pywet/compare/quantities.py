@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from pywet.cases.screening.verdict import LEDGER_TOLERANCE
 from pywet.cases.small.bodies import coordination, last
 from pywet.errors import PywetError
 from pywet.products import screening_report, streams
+from pywet.products.partition import WITHIN
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.tables import ledger_error
 from pywet.scene import EngineScene
@@ -65,6 +66,8 @@ class RunData:
     """Name -> (passed, value); not part of the statistics."""
     held: dict[str, Any]
     """Amount of data in the run, all that its scene planned: steps, outputs, windows, rows of each table."""
+    notes: list[str] = field(default_factory=list)
+    """Decks whose cut size sizes on both sides do not enclose."""
 
     def fingerprint(self) -> dict[str, str]:
         """Digest of the content of each table (not of its file)."""
@@ -113,14 +116,16 @@ def unlike(wanted: dict[str, Any], scene: EngineScene, across: Sequence[str] = (
 def read_run(run_dir: Path) -> RunData:
     """Read all quantities of a complete run that are compared."""
     run = RunDir(Path(run_dir))
-    scene, held = run.scene, _whole(run)
-    quantities = [*_screen(run), *_retained(run), *_liquid(run), *_counts(run), *_energies(run), *_bed(run)]
+    scene, held, screens = run.scene, _whole(run), _evaluated(run)
+    quantities = [*_screen(screens), *_retained(run), *_liquid(run), *_counts(run), *_energies(run), *_bed(run)]
     if not quantities:
         raise PywetError(
             f"{run.path} has no results; expected a finished run: run it again",
             code="compare.no_results", where=run.path,
         )  # fmt: skip
-    return RunData(run.path, scene, {q.name: q for q in quantities}, dict(_checks(run)), held)
+    where = {of: screening_report.cut_position(numbers) for of, numbers in screens.items()}
+    notes = [f"{of}cut size: {position}" for of, position in where.items() if position != WITHIN]
+    return RunData(run.path, scene, {q.name: q for q in quantities}, dict(_checks(run)), held, notes)
 
 
 def _whole(run: RunDir) -> dict[str, Any]:
@@ -150,14 +155,17 @@ def _number(name: str, unit: str, value: float, scale: float) -> Quantity:
     return _curve(name, unit, [], [value], scale)
 
 
-def _screen(run: RunDir) -> Iterator[Quantity]:
-    """Yield the results of the decks of a scene with outlets, each with its interval within the run."""
-    if not run.scene.outlets:
-        return
-    for deck in range(1, streams.decks(run.scene) + 1):
-        numbers = screening_report.stored(run.path, deck)
-        of = f"deck {deck}, " if deck > 1 else ""
-        for name, unit, value, ends, scale in _of_screen(numbers) if numbers else ():
+def _evaluated(run: RunDir) -> dict[str, dict[str, Any]]:
+    """Return the evaluations of the decks of a scene with outlets, by the beginning of the names of their numbers."""
+    decks = range(1, streams.decks(run.scene) + 1) if run.scene.outlets else ()
+    every = {f"deck {deck}, " if deck > 1 else "": screening_report.stored(run.path, deck) for deck in decks}
+    return {of: numbers for of, numbers in every.items() if numbers}
+
+
+def _screen(screens: dict[str, dict[str, Any]]) -> Iterator[Quantity]:
+    """Yield the results of decks, each with its interval within the run."""
+    for of, numbers in screens.items():
+        for name, unit, value, ends, scale in _of_screen(numbers):
             if value is not None:
                 yield replace(_number(f"{of}{name}", unit, value, scale or abs(value)), interval=ends, of_screen=True)
 

@@ -70,6 +70,8 @@ class Comparison:
     """Description of the runs of each group, one sentence each."""
     left_out: list[str]
     """Quantities that only some of the runs have."""
+    notes: list[str]
+    """Cut sizes that sizes on both sides do not enclose, with the runs."""
     end: str
     """A quantity in both groups, and its difference with interval.
 
@@ -137,8 +139,18 @@ def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, across: S
         checks,
         compared,
         left_out,
+        _notes(groups),
         end,
     )
+
+
+def _notes(groups: list[list[RunData]]) -> list[str]:
+    """Return the notes on the numbers of the runs, each once with its runs."""
+    found: dict[str, list[str]] = {}
+    for run in (run for group in groups for run in group):
+        for note in run.notes:
+            found.setdefault(note, []).append(str(run.path))
+    return [f"{note} in {', '.join(runs)}" for note, runs in found.items()]
 
 
 def _headline(groups: list[list[RunData]], names: list[str], rows: list[Row]) -> str:

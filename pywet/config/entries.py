@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from pywet.scene import NonNegative, Positive
-from pywet.strict import Computable, Strict
+from pywet.strict import Computable, Strict, refuse
 from pywet.util.ranges import LIMITS
 
 Why = Annotated[str, Field(min_length=1)] | None
@@ -24,6 +24,7 @@ class Limited(Computable):
 
     @model_validator(mode="after")
     def _plausible(self) -> Self:
+        wrong = []
         for name, given in self:
             limits, reservoir = LIMITS.get(name), given if isinstance(given, BaseModel) else self
             value = getattr(given, "value", given)
@@ -34,9 +35,9 @@ class Limited(Computable):
                 excuse = (
                     " unless `unusual: why` next to it says so" if "unusual" in type(reservoir).model_fields else ""
                 )
-                raise PydanticCustomError(
-                    "implausible", "to be in range", {"key": key, "value": value, "expected": f"{limits}{excuse}"}
-                )
+                context = {"key": key, "value": value, "expected": f"{limits}{excuse}"}
+                wrong.append(PydanticCustomError("implausible", "to be in range", context))
+        refuse(type(self), wrong)
         return self
 
 

@@ -258,7 +258,7 @@ def parse(model: type[Model], data: Any, where: str) -> Model:
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise mistake(error, model, where) from error
+        raise mistake(error, model, where, data) from error
 
 
 def _read_model(path: Path, model: type[Model]) -> Model:

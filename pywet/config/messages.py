@@ -26,9 +26,12 @@ MOST = 20
 """Largest number of mistakes listed; a file of another kind has hundreds."""
 
 
-def mistake(error: ValidationError, model: type[BaseModel], where: str) -> ConfigError:
-    """Format one line per error, misspelt keys first; a missing key that a misspelt one explains is not reported."""
-    problems: list[Any] = sorted(error.errors(), key=lambda p: p["type"] != "extra_forbidden")
+def mistake(error: ValidationError, model: type[BaseModel], where: str, given: Any = None) -> ConfigError:
+    """Format one line per error, misspelt keys first; a missing key that a misspelt one explains is not reported.
+
+    `given`: the data, in which mistakes are found that others hide.
+    """
+    problems: list[Any] = sorted(every(error, model, given), key=lambda p: p["type"] != "extra_forbidden")
     meant = {(*p["loc"][:-1], _meant(p, problems, model)) for p in problems if p["type"] == "extra_forbidden"}
     # a list that contains an invalid entry is reported as too short as well
     inside = {p["loc"][:n] for p in problems for n in range(len(p["loc"]))}
@@ -40,6 +43,59 @@ def mistake(error: ValidationError, model: type[BaseModel], where: str) -> Confi
         page = PAGES.get(model.__name__, "configuration_reference")
         lines[-1] += f" (all keys: pywet docs {page})"
     return ConfigError("\n".join(lines), file=where, **_data(problems[0], problems, model))
+
+
+def every(error: ValidationError, model: type[BaseModel], given: Any) -> list[Any]:
+    """Return the errors of data, and those found without the wrong entries: a group is checked only if its entries are valid.
+
+    Entries are removed, then the groups that need them; a group from which one was removed is not called inconsistent.
+    """
+    found: list[Any] = list(error.errors())
+    current, removed = found, set[Loc]()
+    while len(found) <= MOST and isinstance(given, dict) and all(isinstance(key, str) for key in given):
+        wrong = {_full(p) for p in current}
+        wrong = (wrong - removed or {_around(loc, removed) for loc in wrong}) - {()}
+        if not wrong:
+            break
+        removed |= wrong
+        for loc in wrong:
+            given = _without(given, loc)
+        try:
+            BaseModel.__init__(model.__new__(model), **given)
+            break
+        except ValidationError as more:
+            known, current = {(p["type"], _full(p)) for p in found}, more.errors()
+            found += [p for p in current if (p["type"], _full(p)) not in known and not _follows(p, removed)]
+    return found
+
+
+def _around(loc: Loc, removed: set[Loc]) -> Loc:
+    """Return the innermost group or list around a position that was not removed."""
+    while loc and (loc in removed or isinstance(loc[-1], int)):
+        loc = loc[:-1]
+    return loc
+
+
+def _full(problem: Any) -> Loc:
+    """Return the position of a wrong entry, also if its group reports it."""
+    context = problem.get("ctx", {})
+    return (*problem["loc"], *(context["key"].split(".") if "key" in context else ()))
+
+
+def _follows(problem: Any, removed: set[Loc]) -> bool:
+    """Return whether an error may follow from the removal of entries: theirs, or that of a group around one."""
+    loc = problem["loc"]
+    return any(loc[: len(r)] == r or (problem["type"] == "value_error" and r[: len(loc)] == loc) for r in removed)
+
+
+def _without(given: Any, loc: Loc) -> Any:
+    """Copy data without the entry of a group at a position; as they are if there is none."""
+    key, rest = (loc[0], loc[1:]) if loc else (None, ())
+    if isinstance(given, dict) and key in given:
+        return {k: _without(v, rest) if k == key else v for k, v in given.items() if rest or k != key}
+    if isinstance(given, list | tuple) and isinstance(key, int) and key < len(given) and rest:
+        return [*given[:key], _without(given[key], rest), *given[key + 1 :]]
+    return given
 
 
 CODES = {

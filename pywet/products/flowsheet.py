@@ -108,5 +108,7 @@ def _fit(model: Curve, d: Floats, t: Floats, sigma: Floats, cut: float) -> dict[
         values, _ = curve_fit(model, d / cut, t, (1.0, *model.start), sigma, bounds=(low, high), max_nfev=20_000)
     except RuntimeError as error:
         return {"note": f"no fit: {error}"}
+    if not d.min() < cut * values[0] < d.max():
+        return {"note": "no fit: its cut size is outside the sizes"}
     rms = float(np.sqrt(np.mean((model(d / cut, *values) - t) ** 2)))
     return {"Xcut_m": MM * cut * values[0], **dict(zip(model.parameters, values[1:].tolist(), strict=True)), "rms": rms}

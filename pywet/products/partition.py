@@ -77,6 +77,31 @@ def size_at(curve: pd.DataFrame, share: float, column: str = "T") -> float:
     return math.nan
 
 
+WITHIN, LEFT_NONE = "within the sizes", "no sphere left"
+"""Position of a cut size that sizes on both sides enclose; why there is none without spheres in the products."""
+
+
+def position(curve: pd.DataFrame, size_mm: float, share: float = 0.5) -> str:
+    """Describe where a size found by `size_at` is among the sizes, or, if it is nan, why there is none.
+
+    >>> curve = pd.DataFrame({"diameter_mm": [1.0, 3.0], "T": [0.5, 1.0]})
+    >>> position(curve, size_at(curve, 0.5)), position(curve, size_at(curve, 0.4), 0.4)
+    ('at the smallest size', 'below the smallest size')
+    """
+    d, t = (curve[column].to_numpy(dtype=float) for column in ("diameter_mm", "T"))
+    if not len(t):
+        return LEFT_NONE
+    found = {
+        "at the smallest size": math.isclose(size_mm, d[0]),
+        "at the largest size": math.isclose(size_mm, d[-1]),
+        WITHIN: not math.isnan(size_mm),
+        "below the smallest size": bool((t > share + TIE).all()),
+        "above the largest size": bool((t < share - TIE).all()),
+        f"T does not rise through {share:g}": True,
+    }
+    return next(words for words, so in found.items() if so)
+
+
 @dataclass(frozen=True)
 class Separation:
     """Results of a separation; nan if undefined. Sizes in mm, all else shares of 1."""
@@ -84,6 +109,8 @@ class Separation:
     d25_mm: float
     d50_mm: float
     """Cut size: size of which half of the mass goes to the overs."""
+    d50_position: str
+    """Where it is among the sizes, or why there is none: see `position`."""
     d75_mm: float
     ecart_probable_mm: float
     """Ecart probable (d75 - d25)/2."""
@@ -129,7 +156,7 @@ def separation(curve: pd.DataFrame, aperture_mm: float | None = None) -> Separat
     recovery_o = share(overs[~under].sum(), feed[~under].sum())
     misplaced = overs[under].sum() + unders[~under].sum()
     return Separation(
-        d25, d50, d75, 0.5 * (d75 - d25), 0.5 * (d75 - d25) / d50, reference,
+        d25, d50, position(curve, d50), d75, 0.5 * (d75 - d25), 0.5 * (d75 - d25) / d50, reference,
         share(feed[under].sum(), feed.sum()), recovery_u, recovery_o,
         share(unders[under].sum(), unders.sum()), share(overs[~under].sum(), overs.sum()),
         recovery_u + recovery_o - 1.0, recovery_u * recovery_o, share(misplaced, feed.sum()),

@@ -12,7 +12,7 @@ import pandas as pd
 
 from pywet.products import apertures, flowsheet, intervals, streams
 from pywet.products.apertures import of_deck
-from pywet.products.partition import Separation, partition_curve, separation, size_at
+from pywet.products.partition import WITHIN, Separation, partition_curve, separation, size_at
 from pywet.products.steady import block_mean
 from pywet.products.streams import PRODUCTS, Streams
 from pywet.runs.rundir import RunDir
@@ -200,11 +200,35 @@ def write(
     return defined
 
 
+def cut_position(numbers: dict[str, Any]) -> str:
+    """Return where the cut size is among the sizes, or why there is none; of older results only whether there is one."""
+    return str(numbers.get("d50_position") or (WITHIN if numbers["d50_mm"] is not None else "outside the sizes"))
+
+
+def tables(run: RunDir, deck: int = 1) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Read the partition curve and the time series of the last evaluation of a deck, whatever its options."""
+    curve, series = (run.table(f"results/{of_deck(name, deck)}") for name in ("partition", "screen_series"))
+    return curve, series
+
+
 def stored(run_dir: Path, deck: int = 1) -> dict[str, Any] | None:
     """Return the numbers of a deck without options of `pywet screen`; those stored with options are computed again."""
-    numbers: dict[str, Any] | None = RunDir(Path(run_dir)).json(f"results/{of_deck(RESULT, deck)}.json", dict[str, Any])
-    if numbers and (given := numbers.get("options")):
-        options = " ".join(f"--{name} {value:g}" for name, value in given.items())
-        notice.warning("%s was last evaluated with %s: evaluated here without, as other runs", run_dir, options)
-        numbers = finite(analyse(run_dir, deck=deck)[0])
-    return numbers
+    return _stored(RunDir(Path(run_dir)), deck)[0]
+
+
+def stored_with_tables(run_dir: Path, deck: int = 1) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame] | None:
+    """Return the numbers of `stored` with their partition curve and time series; None for a run without them."""
+    run = RunDir(Path(run_dir))
+    numbers, again = _stored(run, deck)
+    return None if numbers is None else (numbers, *(again or tables(run, deck)))
+
+
+def _stored(run: RunDir, deck: int) -> tuple[dict[str, Any] | None, tuple[pd.DataFrame, pd.DataFrame] | None]:
+    """Return the numbers of `stored` and, if they were computed again, their tables."""
+    numbers: dict[str, Any] | None = run.json(f"results/{of_deck(RESULT, deck)}.json", dict[str, Any])
+    if not numbers or not (given := numbers.get("options")):
+        return numbers, None
+    options = " ".join(f"--{name} {value:g}" for name, value in given.items())
+    notice.warning("%s was last evaluated with %s: evaluated here without, as other runs", run.path, options)
+    found, *again = analyse(run.path, deck=deck)
+    return finite(found), (again[0], again[1])

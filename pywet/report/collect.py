@@ -13,6 +13,7 @@ from pywet.cases.screening import verdict
 from pywet.config.cases import Case
 from pywet.errors import PywetError
 from pywet.planning import audit
+from pywet.products import screening_report
 from pywet.runs.record import Status
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Contributions, Summary
@@ -153,12 +154,12 @@ def _collect_run(run_dir: Path, case: Case, alone: bool) -> CaseResult:
         nothing=tuple(verdict.nothing_compared(replay)) if replay else (),
         seeds=tuple(read_table(path / RETAINED) for path in seeds),
         others=tuple(s for path in seeds if (s := RunDir(path).json("summary.json", Summary))),
-        screens=tuple(s for path in (run_dir, *seeds) if (s := RunDir(path).json(SCREEN, dict[str, Any]))),
+        screens=tuple(s for path in (run_dir, *seeds) if (s := screening_report.stored(path))),
         folder=run_dir,
     )
 
 
-RETAINED, SCREEN = "results/fraction_retained.parquet", "results/screen.json"
+RETAINED = "results/fraction_retained.parquet"
 OF_ONE_RUN = ("seed", "seeds", "ranks")
 """Settings in which the seeds of a case may differ."""
 

@@ -17,7 +17,7 @@ from pywet.cases.custom.walls import word_of
 from pywet.cases.screening import verdict
 from pywet.cases.screening.results import class_titles
 from pywet.errors import PywetError
-from pywet.products.screening_report import RESULT
+from pywet.products import screening_report
 from pywet.report import page, render, report, screen_page
 from pywet.report.bands import mean_and_band
 from pywet.report.pictures import STYLE, legend, panels, plt
@@ -60,9 +60,11 @@ def write(folder: Path, picture: Path) -> Path:
     """Write `report.html` of a custom scene into a run's folder, with its picture; returns its path."""
     runs = seeds.of_scene(folder)
     run, found = runs[0], seeds.worst(runs)
+    evaluated = screen_page.of_run(run.path)
+    words = _screen(evaluated, runs)
     sections = [
         page.Section("Picture", page.picture_file(picture, _caption(run)), "Picture"),
-        *_screens(runs),
+        *_screens(evaluated, words, runs),
         *_sizes(run),
         *_retained(runs),
         page.Section("Where the liquid is", _liquid(runs), "Liquid"),
@@ -72,25 +74,26 @@ def write(folder: Path, picture: Path) -> Path:
         page.Section("The liquid ledger and energies", _ledger(runs), "Ledger"),
         page.Section("Files", _files(folder), "Files"),
     ]
-    return page.write(folder / "report.html", run.scene.name, found.sentence, sections, _cards(runs, found))
+    return page.write(folder / "report.html", run.scene.name, found.sentence, sections, _cards(words, runs, found))
 
 
 def _caption(run: Run) -> str:
     return "Spheres and walls." if run.summary["events"] is None else "Liquid on spheres and walls."
 
 
-def _screen(runs: seeds.Runs) -> dict[str, str]:
+def _screen(evaluated: list[screen_page.Evaluated], runs: seeds.Runs) -> dict[str, str]:
     """Return the five numbers of the screen in words, over several seeds as means; none of a run without a screen."""
-    read = [RunDir(run.path).json(f"results/{RESULT}.json", dict[str, Any]) for run in runs]
-    found = [numbers for numbers in read if numbers]
+    others = (screening_report.stored(run.path) for run in runs[1:])
+    found = [numbers for numbers in (*(of[0] for of in evaluated[:1]), *others) if numbers]
     if len(found) < len(runs):
         return {}
     return screen_page.five(found[0]) if len(found) == 1 else screen_page.over_seeds(found)
 
 
-def _screens(runs: seeds.Runs) -> list[page.Section]:
+def _screens(evaluated: list[screen_page.Evaluated], words: dict[str, str], runs: seeds.Runs) -> list[page.Section]:
     """Sections on the screen: of several seeds the means, then all of the first one."""
-    sections, words = screen_page.of_run(runs[0].path), _screen(runs)
+    run = RunDir(runs[0].path)
+    sections = [section for of in evaluated for section in screen_page.sections(run, *of)]
     if len(runs) == 1 or not words:
         return sections
     table = page.table(
@@ -103,11 +106,11 @@ def _screens(runs: seeds.Runs) -> list[page.Section]:
     return [page.Section("Screen", table, "Screen"), *of_first]
 
 
-def _cards(runs: seeds.Runs, found: verdict.CheckResult) -> list[page.Card]:
+def _cards(words: dict[str, str], runs: seeds.Runs, found: verdict.CheckResult) -> list[page.Card]:
     """Numbers of the screen, then what was checked and what was simulated."""
     summary = runs[0].summary
     computing = sum(run.summary["wall_s"] for run in runs)
-    cards = screen_page.cards(_screen(runs))
+    cards = screen_page.cards(words)
     cards += [
         page.Card(found.word, "recomputed and agrees", found.grade),
         page.Card(

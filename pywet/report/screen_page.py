@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,8 @@ from pywet import run_folder
 from pywet.products import apertures, screening_report, until
 from pywet.products.apertures import of_deck
 from pywet.products.feed import not_simulated
-from pywet.products.screening_report import RESULT
+from pywet.products.partition import LEFT_NONE, WITHIN
+from pywet.products.screening_report import cut_position
 from pywet.products.streams import PRODUCTS, decks
 from pywet.report import page
 from pywet.report.pictures import COLOURS, INK, STYLE, legend, panels, plt
@@ -30,6 +32,8 @@ MOISTURE = "moisture, overs / unders"
 """Name of the moisture of both products, which a dry feed does not have."""
 PAGE = "screen"
 """Name of the page."""
+Evaluated = tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]
+"""Numbers, partition curve and time series of a deck."""
 
 
 def shown(value: float | None, unit: str = "", digits: int = 3) -> str:
@@ -63,8 +67,8 @@ def five(numbers: dict[str, Any]) -> dict[str, str]:
     products = " / ".join(measured(moist[p], scatter.get(p), " %") for p in PRODUCTS)
     products += f", feed {shown(numbers['feed_moisture_percent'], ' %')}"
     return {
-        "cut size d50": between(numbers["d50_mm"], cut, " mm") + _outside(numbers, "d50_mm"),
-        "ecart probable": shown(numbers["ecart_probable_mm"], " mm") + _outside(numbers, "ecart_probable_mm"),
+        "cut size d50": between(numbers["d50_mm"], cut, " mm") + _outside(numbers),
+        "ecart probable": shown(numbers["ecart_probable_mm"], " mm") + _without_quartiles(numbers),
         "efficiency": between(numbers["efficiency"], sharp, " %", 100.0),
         f"throughput, {of}": f"{rate}, {shown(per_area, ' t/(h m²)')}",
         **({MOISTURE: products} if moistened(numbers) else {}),
@@ -79,34 +83,42 @@ def moistened(numbers: dict[str, Any]) -> bool:
     return bool(numbers["feed_moisture_percent"])
 
 
-def _outside(numbers: dict[str, Any], key: str) -> str:
-    """Say why a size of the partition curve is not defined; nothing if it is, or if nothing left the screen."""
-    overs, unders = (numbers["spheres"][p] for p in PRODUCTS)
-    if numbers[key] is not None or not overs + unders:
-        return ""
-    if key == "ecart_probable_mm":
-        return " (d25 or d75 outside the sizes)"
-    return f" (outside the sizes: {overs} spheres to the overs, {unders} to the unders)"
+def _outside(numbers: dict[str, Any]) -> str:
+    """Say that the cut size is at an end of the sizes, or why there is none; nothing if sizes on both sides enclose it."""
+    where = cut_position(numbers)
+    if numbers["d50_mm"] is not None:
+        return "" if where == WITHIN else f", {where}"
+    counts = ", ".join(f"{numbers['spheres'][p]} {p}" for p in PRODUCTS)
+    return f" ({where})" if where == LEFT_NONE else f" ({where}: {counts})"
+
+
+def _without_quartiles(numbers: dict[str, Any]) -> str:
+    """Say why the ecart probable is not defined; nothing if it is, or if nothing left the screen."""
+    undefined = numbers["ecart_probable_mm"] is None and any(numbers["spheres"][p] for p in PRODUCTS)
+    return " (d25 or d75 outside the sizes)" if undefined else ""
+
+
+def not_within(every: Iterable[dict[str, Any]]) -> str:
+    """Count the cut sizes that sizes on both sides do not enclose, by where they are; empty if all are enclosed."""
+    counts = Counter(cut_position(numbers) for numbers in every)
+    return ", ".join(f"{count} {where}" for where, count in counts.items() if where != WITHIN)
 
 
 def over_seeds(every: Sequence[dict[str, Any]]) -> dict[str, str]:
     """Return the five numbers of several seeds: mean ± half of its 95 % interval over those for which they are defined."""
     of = "all" if all("all" in numbers["throughput_t_per_h"] for numbers in every) else "unders"
 
-    def mean(values: Iterable[float | None], unit: str, factor: float = 1.0) -> str:
+    def mean(values: Iterable[float | None], unit: str, factor: float = 1.0, others: str = "") -> str:
         there = [factor * value for value in values if value is not None]
-        lacking = f" ({len(there)} of {len(every)} seeds)" if 0 < len(there) < len(every) else ""
-        return f"{with_interval(there)}{unit}{lacking}" if there else "–"
+        notes = [f"{len(there)} of {len(every)} seeds"] if 0 < len(there) < len(every) else []
+        notes += [others] if others else []
+        return (f"{with_interval(there)}{unit}" if there else "–") + (f" ({'; '.join(notes)})" if notes else "")
 
-    def size(key: str) -> str:
-        return mean((n[key] for n in every), " mm") + (
-            _outside(every[0], key) if {n[key] for n in every} == {None} else ""
-        )
-
+    ecart = mean((n["ecart_probable_mm"] for n in every), " mm")
     moist = [numbers["moisture_percent_of_dry_mass"] for numbers in every]
     return {
-        "cut size d50": size("d50_mm"),
-        "ecart probable": size("ecart_probable_mm"),
+        "cut size d50": mean((n["d50_mm"] for n in every), " mm", others=not_within(every)),
+        "ecart probable": ecart + (_without_quartiles(every[0]) if ecart == "–" else ""),
         "efficiency": mean((n["efficiency"] for n in every), " %", 100.0),
         f"throughput, {of}": mean((n["throughput_t_per_h"].get(of) for n in every), " kg/h", 1e3),
         **({MOISTURE: " / ".join(mean((m[p] for m in moist), " %") for p in PRODUCTS)} if moistened(every[0]) else {}),
@@ -174,9 +186,17 @@ def _more(numbers: dict[str, Any]) -> dict[str, str]:
     found["spheres, overs / unders"] = " / ".join(str(numbers["spheres"][p]) for p in PRODUCTS)
     for p in PRODUCTS:
         found[f"residence of the {p}, mean"] = shown(numbers["residence_s"][p]["mean"], " s")
-    steady = "steady" if numbers["steady"] else "no steady state: second half of the feed"
-    found["means from – to"] = f"{numbers['from_s']:.3g} – {numbers['to_s']:.3g} s ({steady})"
+    found["means from – to"] = f"{numbers['from_s']:.3g} – {numbers['to_s']:.3g} s ({_period(numbers)})"
     return found
+
+
+def _period(numbers: dict[str, Any]) -> str:
+    """Describe why means are over this time: only what was looked for is called steady."""
+    if numbers["kind"] == "batch":
+        return "batch"
+    if "from" in numbers.get("options", {}):
+        return "from --from on"
+    return "steady" if numbers["steady"] else "no steady state: second half of the feed"
 
 
 def _partition(numbers: dict[str, Any], curve: pd.DataFrame) -> str:
@@ -286,29 +306,22 @@ def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
     return page.curves(figure, "pegging", caption)
 
 
-def of_run(folder: Path) -> list[page.Section]:
-    """Return the sections of all decks of a run with screening results; none for other runs."""
-    run = RunDir(folder)
-    return [s for deck in range(1, decks(run.scene) + 1) for s in _of_deck(run, deck)]
-
-
-def _of_deck(run: RunDir, deck: int) -> list[page.Section]:
-    numbers: dict[str, Any] | None = run.json(f"results/{of_deck(RESULT, deck)}.json", dict[str, Any])
-    if numbers is None:
-        return []
-    tables = (run.table(f"results/{of_deck(name, deck)}") for name in ("partition", "screen_series"))
-    return sections(run, numbers, *tables)
+def of_run(folder: Path) -> list[Evaluated]:
+    """Return the results of all decks of a run as `pywet screen` evaluates them without options; none for other runs."""
+    every = (screening_report.stored_with_tables(folder, deck) for deck in range(1, decks(RunDir(folder).scene) + 1))
+    return [found for found in every if found]
 
 
 def write(folder: Path, numbers: dict[str, Any]) -> Path:
     """Write the page of a deck of an evaluated run and return its path."""
-    deck = numbers["deck"]
+    run, deck = RunDir(folder), numbers["deck"]
     warning = unsteady(numbers)
     lead = "".join(f"{line[0].upper()}{line[1:]}. " for line in (warning, *left_out(folder)) if line)
     lead += "Partition, efficiency, throughput, products, with 95 % intervals within the run."
     return page.write(
-        page_of(folder, deck), f"Screen: {numbers['run']}", lead, _of_deck(RunDir(folder), deck), cards(five(numbers))
-    )
+        page_of(folder, deck), f"Screen: {numbers['run']}", lead,
+        sections(run, numbers, *screening_report.tables(run, deck)), cards(five(numbers)),
+    )  # fmt: skip
 
 
 def page_of(folder: Path, deck: int) -> Path:

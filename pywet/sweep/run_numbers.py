@@ -29,8 +29,9 @@ ON_REQUEST: dict[str, Callable[[Run], float]] = {
 }
 """Results of a scene on request only, since not every scene has a heap or a drum."""
 RETAINED = ("fraction_retained_end", "coarse_share")
+CUT_SIZE = "screen_d50_mm"
 SCREEN: dict[str, Callable[[dict[str, Any]], float | None]] = {
-    "screen_d50_mm": lambda found: found["d50_mm"],
+    CUT_SIZE: lambda found: found["d50_mm"],
     "screen_ecart_probable_mm": lambda found: found["ecart_probable_mm"],
     "screen_efficiency": lambda found: found["efficiency"],
     "screen_throughput_t_per_h": lambda found: found["throughput_t_per_h"].get(

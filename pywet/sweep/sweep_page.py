@@ -74,7 +74,8 @@ def sentences(plan: Plan, made: pd.DataFrame) -> list[str]:
             lines.append(f"{result} is {o.sense} at point {o.number} ({_values(o.values)}): {_mean(o)}{_alike(o)}")
         if found := significance.effects(plan.sweep, made, result, plan.kind.seeded):
             lines.append(f"{result}: {_matters(found)}")
-    return lines
+    notes = made["reason"][(made["status"] == DONE) & (made["reason"] != "")].value_counts()
+    return lines + [f"{note} in {count} of {done} runs" for note, count in notes.items()]
 
 
 def _matters(found: Effects) -> str:

@@ -9,16 +9,21 @@ from typing import Any
 import pandas as pd
 
 from pywet.errors import FileError, PywetError
+from pywet.products.partition import WITHIN
+from pywet.products.screening_report import cut_position, stored
 from pywet.schema import unit_of
 from pywet.sweep.description import Function
 from pywet.sweep.gathering import gathered
 from pywet.sweep.plan import Plan, Run
-from pywet.sweep.run_numbers import AT_END
+from pywet.sweep.run_numbers import AT_END, CUT_SIZE
 from pywet.util.files import atomic_write, read_table, write_csv
 
 NAME = "sweep.parquet"
 DONE, FAILED = "done", "failed"
-ABOUT = {"point": "number of the point", "seed": "counted from the base's", "status": f"{DONE} or {FAILED}"}
+ABOUT = {
+    "point": "number of the point", "seed": "counted from the base's", "status": f"{DONE} or {FAILED}",
+    "reason": f"of a failure; of a {CUT_SIZE} that is absent or at an end of the sizes",
+}  # fmt: skip
 PURE = ("e_n", "e_t", "e_omega", *AT_END)
 """Results that are dimensionless, with the unit `1`."""
 
@@ -35,7 +40,7 @@ def units(plan: Plan) -> dict[str, str]:
 
 
 def frame(plan: Plan) -> pd.DataFrame:
-    """Return the table: point, axes, seed, results, status, reason of a failure, folder of the run relative to the table's."""
+    """Return the table: point, axes, seed, results, status, reason, folder of the run relative to the table's."""
     rows = [_row(plan, run) for run in plan.runs]
     made = pd.DataFrame(rows)
     for name in plan.results:
@@ -48,7 +53,7 @@ def _row(plan: Plan, run: Run) -> dict[str, Any]:
     place, reason = plan.store.place(run.built.name), ""
     try:
         numbers = gathered(plan, run)
-        reason = plan.store.reason(run.built.name) if numbers is None else ""
+        reason = plan.store.reason(run.built.name) if numbers is None else _note(plan, place)
     except PywetError as error:
         numbers, reason = None, str(error)
     found = dict.fromkeys(plan.results) if numbers is None else numbers
@@ -57,6 +62,13 @@ def _row(plan: Plan, run: Run) -> dict[str, Any]:
     return {
         "point": run.point.number, **run.point.values, "seed": run.seed, **found, "status": status, "reason": reason, "run": link,
     }  # fmt: skip
+
+
+def _note(plan: Plan, place: Path) -> str:
+    """Say why a run without a cut size has none, or that it is at an end of the sizes; empty for all others."""
+    numbers = stored(place) if CUT_SIZE in plan.results else None
+    where = cut_position(numbers) if numbers else WITHIN
+    return "" if where == WITHIN else f"{CUT_SIZE}: {where}"
 
 
 def write(plan: Plan, made: pd.DataFrame) -> Path:

@@ -15,8 +15,10 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from reference_impl.replay import io
 from reference_impl.shown.case_files import LOST, Cases, name_of
 from reference_impl.shown.report_page import Numbers
+from reference_impl.tables import plant
 
 Value = tuple[str, float | str | None, str]
 """Key, value, precision; with precision `absent` there must be no such key."""
@@ -183,12 +185,26 @@ SCREEN = {
 
 def _screen(cases: Cases, number: int) -> Iterator[Value]:
     """Yield the results of the screen of a case and of its further seeds."""
-    files = [cases.json(run, "results/screen.json") for run in (number, *cases.seeds(number))]
-    files = [of for of in files if of]
+    runs: list[int | str] = [number, *cases.seeds(number)]
+    files = [of for run in runs if (of := _evaluated(cases, run))]
     for key, (first, then, factor) in SCREEN.items() if files else ():
         values = [(of.get(first) or {}).get(then) if then else of.get(first) for of in files]
         spread = [factor * v for v in values if v is not None]
         yield from _spread(f"{name_of(number)}.screen.{key}", spread, "3 digits")
+
+
+def _evaluated(cases: Cases, run: int | str) -> dict[str, Any] | None:
+    """Return screen.json of a batch; if it was evaluated with options, with the shares at the aperture of its own case."""
+    given: dict[str, Any] | None = cases.json(run, "results/screen.json")
+    if not given or not given.get("options"):
+        return given
+    folder = cases.folder / name_of(run)
+    scene = io.scene(folder)
+    rows = plant.products(folder, scene, given)
+    aperture = ((cases.json(run, "config.json") or {}).get("case") or {}).get("aperture_mm")
+    limit = plant.size_of(plant.curve(rows), 0.5) if aperture is None else aperture
+    found = plant.numbers(rows, scene, {**given, "reference_mm": limit})
+    return {**given, **{key: found.get(key) for key in plant.SHARES}}
 
 
 def _contributions(cases: Cases, number: int) -> Iterator[Value]:

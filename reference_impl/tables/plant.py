@@ -97,6 +97,19 @@ def size_of(sizes: list[tuple[float, float, float]], share: float) -> float | No
     return None
 
 
+def place_of(sizes: list[tuple[float, float, float]], cut: float | None) -> str:
+    """Describe where a cut size is among the sizes, or why there is none, by which product outweighs the other."""
+    if not sizes:
+        return "no sphere left"
+    if cut is not None:
+        ends = {sizes[0][0]: "at the smallest size", sizes[-1][0]: "at the largest size"}
+        return next((words for size, words in ends.items() if abs(cut - size) <= 1e-9 * size), "within the sizes")
+    apart = [(over - under) / (over + under) for _, over, under in sizes]
+    if min(apart) > 2.0 * ROUND_OFF:
+        return "below the smallest size"
+    return "above the largest size" if max(apart) < -2.0 * ROUND_OFF else "T does not rise through 0.5"
+
+
 def cut_interval(rows: pd.DataFrame) -> tuple[float | None, float | None]:
     """Return the sizes at which the lower and the upper ends of the intervals of T cross one half; the widest of equal sizes."""
     ends: tuple[list[tuple[float, float, float]], ...] = ([], [])
@@ -171,7 +184,7 @@ def numbers(rows: pd.DataFrame, scene: Mapping[str, Any], given: Mapping[str, An
     """Return the numbers of screen.json that follow from the counted spheres."""
     sizes, limit = curve(rows), given["reference_mm"]
     d25, d50, d75 = (size_of(sizes, share) for share in (0.25, 0.5, 0.75))
-    found: dict[str, Any] = {"d25_mm": d25, "d50_mm": d50, "d75_mm": d75}
+    found: dict[str, Any] = {"d25_mm": d25, "d50_mm": d50, "d50_position": place_of(sizes, d50), "d75_mm": d75}
     found |= dict(zip(("d50_high_mm", "d50_low_mm"), cut_interval(rows), strict=True))
     ecart = found["ecart_probable_mm"] = None if d25 is None or d75 is None else (d75 - d25) / 2.0
     found["imperfection"] = None if ecart is None or d50 is None else ecart / d50

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from pywet.compare import quantities, statistics, verdict
+from pywet.compare import command, quantities, statistics, verdict
 from pywet.products import screening_report
 from tests.products import made_up
 
@@ -94,6 +94,22 @@ def test_without_an_interval_they_are_named(runs: list[Path], tmp_path: Path) ->
         path.write_text(json.dumps({**given, "efficiency_low": None, "efficiency_high": None}))
     found = verdict.compare([pair[0]], [pair[1]])
     assert "without an interval: efficiency" in found.verdict
+
+
+def test_a_cut_size_that_is_not_enclosed_is_named(
+    runs: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Absent on one side it is not compared, with the reason; at an end of the sizes it is compared and named."""
+    pair = [shutil.copytree(runs[0], tmp_path / name) for name in "ab"]
+    path = pair[1] / "results" / "screen.json"
+    given = json.loads(path.read_text())
+    for size, where in ((None, "above the largest size"), (given["d50_mm"], "at the largest size")):
+        path.write_text(json.dumps({**given, "d50_mm": size, "d50_position": where}))
+        found = verdict.compare([pair[0]], [pair[1]])
+        assert found.notes == [f"cut size: {where} in {pair[1]}"]
+        assert ("cut size" in found.left_out) == (size is None)
+        command.show(found)
+        assert found.notes[0] in capsys.readouterr().out.splitlines()
 
 
 def test_seeds_of_both_sides(runs: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -39,8 +39,9 @@ def scene(steps: int = 2000) -> EngineScene:
     )  # fmt: skip
 
 
-def make(run_dir: Path) -> Path:
-    """Write it: sphere k of a size leaves 0.1 s after it entered, at the next step at which spheres leave, with its film."""
+def make(run_dir: Path, overs: tuple[int, ...] = OVERS) -> Path:
+    """Write it, of 40 of each size `overs` to the overs: sphere k leaves 0.1 s after it entered, at the next step at which
+    spheres leave, with its film."""
     run_folder.claim(run_dir)
     made = scene()
     write_json(run_dir / "scene.json", made.model_dump(mode="json"))
@@ -53,7 +54,7 @@ def make(run_dir: Path) -> Path:
     enters, nth = np.array(made.enters(kind.tolist())), (ids - 1) % EACH
     step = np.ceil((enters + 100) / EVERY).astype(np.int64) * EVERY
     # the same proportion in every four consecutive spheres
-    outlet = np.where(nth % 4 * 10 < np.array(OVERS)[kind - 1], 1, 2)
+    outlet = np.where(nth % 4 * 10 < np.array(overs)[kind - 1], 1, 2)
     here = step < made.steps
     rows = {"step": step, "time": step * STEP, "id": ids, "type": kind, "outlet": outlet, "pad": 0, "film": FILM * kind}
     x = np.where(outlet == 1, 0.2, 0.0), np.zeros(len(ids)), np.where(outlet == 1, 0.0, -0.1)

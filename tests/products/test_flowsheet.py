@@ -41,6 +41,12 @@ def test_what_cannot_tell_a_sharpness_is_noted(t: list[float]) -> None:
     assert rows["Xcut_m"].isna().all() and rows["note"].str.contains("are needed, on both sides of the cut size").all()
 
 
+def test_a_cut_size_outside_the_sizes_is_not_reported() -> None:
+    """Between the two smallest sizes T jumps from 0.49 to 0.9: all three curves would cut below 2 mm, the smallest."""
+    rows = flowsheet.fitted(parted(np.array([0.49, 0.9, 0.9, 0.9, 0.92, 0.93, 0.95, 0.97])))
+    assert rows["Xcut_m"].isna().all() and set(rows["note"]) == {"no fit: its cut size is outside the sizes"}
+
+
 def test_files_beside_the_numbers_of_a_screen(tmp_path: Path) -> None:
     """SI units, from the finest size on, the partition curve's own values."""
     folder = made_up.make(tmp_path)

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from pywet.cli import ending
+from pywet.cli import plant as cli_plant
 from pywet.cli.app import app
 from pywet.compare import grouping
 from pywet.geometry.motion import engine_displacement
@@ -173,7 +174,7 @@ def test_every_number_that_is_wrong_is_named(made: Path) -> None:
         inner = changed
         for name in above:
             inner = inner[name]
-        inner[key] = inner[key] * 1.01 + 1e-6
+        inner[key] = "elsewhere" if isinstance(inner[key], str) else inner[key] * 1.01 + 1e-6
         named = [h.name for h in plant.held(made, io.scene(made), changed) if h.wrong]
         assert named == [f"results/screen.json: {path}"], path
 
@@ -267,7 +268,7 @@ def test_values_have_intervals_and_an_unsteady_run_is_named(made: Path, tmp_path
     """Five numbers with intervals, and what is not steady, on the terminal, on the page and at the end of a run."""
     run = shutil.copytree(made, tmp_path / "run")
     found = screening_report.write(run, aperture_mm=2.5, from_s=FROM_S)
-    (run / "results" / "screen.json").write_text(json.dumps({**found, "steady": False, "from_s": 1.0}))
+    (run / "results" / "screen.json").write_text(json.dumps({**found, "options": {}, "steady": False, "from_s": 1.0}))
     words = screen_page.five(found)
     assert [key for key, text in words.items() if not {"±", "–"} & {*text}] == ["ecart probable"]
     ends = [f"{100 * found[f'efficiency_{end}']:.3g}" for end in ("low", "high")]
@@ -281,12 +282,27 @@ def test_values_have_intervals_and_an_unsteady_run_is_named(made: Path, tmp_path
     assert ("not steady" in result.output) == (not numbers(run)["steady"])
 
 
+def test_pages_of_a_run_evaluate_without_options(made: Path, tmp_path: Path) -> None:
+    """After `--aperture --from` a run ends with the numbers and tables of before; `screen.html` has those asked for."""
+    run = shutil.copytree(made, tmp_path / "run")
+    usual = screening_report.write(run)
+    lines, (before,) = list(ending._screen([RunDir(run)])), screen_page.of_run(run)
+    asked = screening_report.write(run, aperture_mm=3.5, from_s=1.0)
+    assert asked["efficiency"] != usual["efficiency"] and asked["spheres"] != usual["spheres"]
+    after = screen_page.of_run(run)[0]
+    assert {**after[0], "options": {}} == usual == before[0] and list(ending._screen([RunDir(run)])) == lines
+    for one, other in zip(before[1:], after[1:], strict=True):
+        pd.testing.assert_frame_equal(one, other)
+    assert "1 – 2 s (from --from on)" in screen_page.write(run, asked).read_text()
+
+
 def test_cards_and_seeds_in_words(made: Path, tmp_path: Path) -> None:
     """A card has the value in front and its interval behind the name; of d50 of 2, 3, 4 mm the mean is 3.0 ± 2.5 mm (Student)."""
     found = numbers(made)
     cut = screen_page.cards(screen_page.five(found))[0]
     assert cut.value == "2.5 mm" and cut.text.startswith("cut size d50 (")
     assert screen_page.between(3.57, (None, 5.18), " mm") == "3.57 mm (at most 5.18)"
+    found["options"] = {}  # as if these were the run's own
     every = [{**found, "d50_mm": d50, "pegged_share": share} for d50, share in ((2.0, None), (3.0, 0.1), (4.0, 0.1))]
     words = screen_page.over_seeds(every)
     assert words.keys() == screen_page.five(found).keys()
@@ -303,11 +319,67 @@ def test_what_a_screen_does_not_have(made: Path) -> None:
     """A dry feed has no moisture; a cut size that no size reaches says which way the spheres went, for seeds as well."""
     found = {**numbers(made), "feed_moisture_percent": 0.0, "d50_mm": None, "ecart_probable_mm": None}
     found |= {"d50_low_mm": None, "d50_high_mm": None, "spheres": {"overs": 469, "unders": 137}}
-    why = "– (outside the sizes: 469 spheres to the overs, 137 to the unders)"
-    for words in (screen_page.five(found), screen_page.over_seeds([found, found])):
-        assert screen_page.MOISTURE not in words and words["cut size d50"] == why
+    found["d50_position"] = "below the smallest size"
+    why = {1: "– (below the smallest size: 469 overs, 137 unders)", 2: "– (2 below the smallest size)"}
+    for count, words in ((1, screen_page.five(found)), (2, screen_page.over_seeds([found, found]))):
+        assert screen_page.MOISTURE not in words and words["cut size d50"] == why[count]
         assert words["ecart probable"] == "– (d25 or d75 outside the sizes)"
-    assert screen_page.cards(words)[0] == page.Card("–", f"cut size d50 {why[2:]}")
+        assert screen_page.cards(words)[0] == page.Card("–", f"cut size d50 {why[count][2:]}")
+    del found["d50_position"]  # results of an older version
+    assert screen_page.five(found)["cut size d50"] == "– (outside the sizes: 469 overs, 137 unders)"
+
+
+OVERS_OF = {
+    "within the sizes": (made_up.OVERS, 2.5, "2.5 mm ("),
+    "at the smallest size": ((20, 30, 30, 40), 1.0, "1 mm (at most 1.63), at the smallest size"),
+    "at the largest size": ((0, 10, 10, 20), 4.0, "4 mm (at least 3.37), at the largest size"),
+    "below the smallest size": ((30, 30, 40, 40), None, "– (below the smallest size: "),
+    "above the largest size": ((0, 10, 10, 10), None, "– (above the largest size: "),
+    "T does not rise through 0.5": ((30, 30, 10, 10), None, "– (T does not rise through 0.5: "),
+}
+"""Position -> of 40 spheres of each size those to the overs, cut size [mm], its words."""
+
+
+@pytest.fixture(scope="module")
+def positions(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """A run for each position of the cut size, evaluated from a time on from which whole fours of each size leave."""
+    folder, runs = tmp_path_factory.mktemp("positions"), {}
+    for where, (overs, *_) in OVERS_OF.items():
+        runs[where] = made_up.make(folder / where.replace(" ", "_"), overs)
+        screening_report.write(runs[where], aperture_mm=2.5, from_s=FROM_S)
+    return runs
+
+
+@pytest.mark.parametrize("where", OVERS_OF)
+def test_where_the_cut_size_is_among_the_sizes(positions: dict[str, Path], where: str) -> None:
+    """A half of the mass at an end of the sizes, beyond it or nowhere: in the file, in words, and by the reference."""
+    found, (_, size, words) = numbers(positions[where]), OVERS_OF[where]
+    assert (found["d50_mm"], found["d50_position"]) == (pytest.approx(size), where)
+    assert screen_page.five(found)["cut size d50"].startswith(words)
+    assert reference_objects(positions[where]) == []
+    named = [
+        h.name
+        for h in plant.held(positions[where], io.scene(positions[where]), {**found, "d50_position": "–"})
+        if h.wrong
+    ]
+    assert named == ["results/screen.json: d50_position"]
+
+
+def test_several_runs_name_the_cut_sizes_that_are_not_enclosed(positions: dict[str, Path]) -> None:
+    """A mean over some of the runs says how many it leaves out, and where their cut sizes are."""
+    every = [numbers(run) for run in positions.values()]
+    words = screen_page.over_seeds(every)["cut size d50"]
+    others = ", ".join(f"1 {where}" for where in [*OVERS_OF][1:])
+    assert words == f"2.5 ± 3.7 mm (3 of 6 seeds; {others})"
+    lines = [*cli_plant._over_seeds(every)]
+    assert lines[0] == f"cut size [mm]: 2.5 ± 3.7 (mean of 3 runs, 95 %; {others})"
+    assert lines[1].endswith("(mean of 6 runs, 95 %)")
+
+
+def test_no_sphere_has_no_cut_size() -> None:
+    """Of an empty product neither a size nor a position; the reason is printed."""
+    none = separation(partition_curve(np.array([1e-3]), np.array([0]), np.array([0]), np.array([1.0])))
+    assert none.d50_position == plant.place_of([], None) == "no sphere left"
 
 
 def test_a_product_has_one_colour_on_all_charts(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,6 +18,7 @@ import pytest
 from pywet import config as settings
 from pywet import stages
 from pywet.planning import audit
+from pywet.products import screening_report
 from pywet.report import collect, plots, report, report_numbers
 from pywet.runs.shapes import FORCES
 from pywet.util.files import write_json, write_table
@@ -153,6 +154,23 @@ def test_the_report_as_it_is(folder: Path, right: tuple[str, Numbers]) -> None:
     one of two classes for two presets and a line."""
     found = shown.check(stored(folder / "whole.html", *right), ROOT / "config" / "cases.csv")
     assert (found.faults, found.unknown) == ([], []) and found.curves == 2 * 4 + 3 + 6 + 10 + 5 and found.numbers > 300
+
+
+def test_options_of_an_evaluation_change_no_number(
+    folder: Path, right: tuple[str, Numbers], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A case whose screen was last evaluated with another aperture is shown, and read back, at that of the case."""
+    runs = Path(shutil.copytree(folder, tmp_path / "runs"))
+    usual = screening_report.write(runs / "case02")
+    wrong = screening_report.write(runs / "case02", aperture_mm=1.0)
+    page = written(runs)
+    numbers = json.loads(page.with_suffix(".json").read_text())
+    shown_at = numbers["case02.screen.efficiency_percent"]["value"]
+    assert shown_at == pytest.approx(100.0 * usual["efficiency"]) and wrong["efficiency"] != usual["efficiency"]
+    assert "case02 was last evaluated with --aperture 1: evaluated here without" in caplog.text
+    assert read(page) == []
+    numbers["case02.screen.efficiency_percent"]["value"] = 100.0 * wrong["efficiency"]
+    assert any("case02.screen.efficiency_percent" in fault for fault in read(stored(page, page.read_text(), numbers)))
 
 
 def test_other_words_of_the_template_are_no_fault(folder: Path, tmp_path: Path) -> None:

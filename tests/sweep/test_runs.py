@@ -112,6 +112,23 @@ def test_a_point_is_run_once_in_all_sweeps_and_an_axis_can_be_extended(tmp_path:
     assert len(counted) == 10  # the other of its two points is in the store
 
 
+def test_a_cut_size_that_is_not_enclosed_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In its row, on the page and at the end; here a result of a collision takes the place of the cut size of a screen."""
+    monkeypatch.setattr(table, "CUT_SIZE", "e_n")
+    of = asked(tmp_path, WALL)
+    assert set(done(of)["reason"]) == {""}
+    there = {0: "above the largest size", 1: "above the largest size", 2: "within the sizes"}
+    for k, where in there.items():
+        screen = of.store.place(of.runs[k].built.name) / "results" / "screen.json"
+        write_json(screen, {"d50_mm": None, "d50_position": where})
+    made = table.frame(of)
+    assert made["reason"].tolist() == ["e_n: above the largest size"] * 2 + [""] * 4
+    assert set(made["status"]) == {table.DONE}
+    *_, line, _ = sweep_command.finish(of, made)
+    assert line == "e_n: above the largest size in 2 of 6 runs"
+    assert (of.folder / "report.html").read_text().count("e_n: above the largest size") == 2
+
+
 def test_a_failed_point_is_tried_again_and_stops_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     collide = wall.collide
 

@@ -346,7 +346,7 @@ class Scene(Excusable):
             super().__init__(**given)
         except ValidationError as error:
             where = str(given.get("file") or f"scene {given.get('name') or ''}".strip())
-            raise mistake(error, Scene, where) from error
+            raise mistake(error, Scene, where, given) from error
 
     def with_(self, **changes: Any) -> Self:
         """Return a copy of the scene with other values of some keys, checked like a new scene.

@@ -119,7 +119,7 @@ def checked(given: Any, path: Path) -> Query:
     try:
         query = Query.model_validate(given)
     except ValidationError as error:
-        raise mistake(error, Query, str(path)) from error
+        raise mistake(error, Query, str(path), given) from error
     query = query.model_copy(update={"laws": tuple(custom_laws.placed(name, Path(path).parent) for name in query.laws)})
     known = {name for kind in (*DEFAULT, *OPTIONAL) for name in registry.names(kind)}
     for name in query.laws:
