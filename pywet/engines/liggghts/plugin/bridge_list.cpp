@@ -144,33 +144,28 @@ std::vector<int> BridgeList::in_order() const {
   return order;
 }
 
-// Bridges that left this rank are dropped. The others are moved within their memory, one cycle of the permutation after the other:
-// most are in place, and bridges that do not move cost nothing.
+// Bridges that left this rank are dropped. The others are moved one cycle of the permutation after the other; most are in place.
 void BridgeList::sort() {
   for (Bridge &b : bridges) place(b);
   for (size_t k = bridges.size(); k-- > 0;)
     if (!bridges[k].here) remove(k);
   std::vector<int> order = in_order();
   const int lines = world_.laws.lines;
-  std::vector<CacheLine> line(lines);
+  const auto put = [&](size_t to, const Bridge &b, const BridgeSums &since, const CacheLine *line) {
+    bridges[to] = b;
+    sums[to] = since;
+    std::copy(line, line + lines, prepared_.begin() + to * lines);
+    index(to);
+    order[to] = int(to);
+  };
   for (size_t first = 0; first < order.size(); first++) {
     if (order[first] == int(first)) continue;
     const Bridge b = bridges[first];
     const BridgeSums since = sums[first];
-    std::copy(prepared(first), prepared(first + 1), line.begin());
+    const std::vector<CacheLine> line(prepared(first), prepared(first + 1));
     size_t to = first;
-    for (size_t from; (from = order[to]) != first; to = from) {
-      bridges[to] = bridges[from];
-      sums[to] = sums[from];
-      std::copy(prepared(from), prepared(from + 1), prepared_.begin() + to * lines);
-      index(to);
-      order[to] = int(to);
-    }
-    bridges[to] = b;
-    sums[to] = since;
-    std::copy(line.begin(), line.end(), prepared_.begin() + to * lines);
-    index(to);
-    order[to] = int(to);
+    for (size_t from; (from = order[to]) != first; to = from) put(to, bridges[from], sums[from], prepared(from));
+    put(to, b, since, line.data());
   }
   if (index_.crowded(bridges.size())) {
     index_.begin(bridges.size());
