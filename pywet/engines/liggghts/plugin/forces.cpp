@@ -22,6 +22,9 @@ INLINE void fetch(const Block *next, size_t line) {
   if (64 * line < sizeof(Block)) __builtin_prefetch(reinterpret_cast<const char *>(next) + 64 * line);
 }
 
+// With fewer spheres their arrays stay in the caches, and prefetching what bridges need of them costs more than it saves.
+const int LARGE = 24000;
+
 // Prefetches what a bridge needs of its second end, which lies elsewhere in memory: its state a few bridges ahead, its sums for `add`.
 INLINE void fetch_ends(const View &at, const Block &block, int k, bool last) {
   const int later = k + 16;
@@ -44,6 +47,7 @@ void Forces::gather(BridgeBatch &t) {
   const Block &block = standing_.blocks[t.first / BATCH];
   const bool last = t.first + BATCH >= standing_.bridges.size();
   const View &at = world_.engine.at;
+  const bool large = at.nall > LARGE;
   const Walls &walls = world_.walls;
   auto set = [&t](double (*out)[BATCH], int k, const Vec &a) {
     out[0][k] = a.x; out[1][k] = a.y; out[2][k] = a.z;
@@ -55,7 +59,7 @@ void Forces::gather(BridgeBatch &t) {
     fetch(&block + 1, k);
     fetch(&block + 1, BATCH + k);
     for (size_t line = 0; line < lines; line++) __builtin_prefetch(standing_.prepared(t.first + k) + line);
-    fetch_ends(at, block, k, last);
+    if (large) fetch_ends(at, block, k, last);
     const int a = block.a[k], b = block.b[k];
     t.acts[k] = a >= 0;
     if (a < 0) {  // not owned by this rank
