@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -225,10 +226,17 @@ def stored_with_tables(run_dir: Path, deck: int = 1) -> tuple[dict[str, Any], pd
 
 def _stored(run: RunDir, deck: int) -> tuple[dict[str, Any] | None, tuple[pd.DataFrame, pd.DataFrame] | None]:
     """Return the numbers of `stored` and, if they were computed again, their tables."""
-    numbers: dict[str, Any] | None = run.json(f"results/{of_deck(RESULT, deck)}.json", dict[str, Any])
+    name = f"results/{of_deck(RESULT, deck)}.json"
+    numbers: dict[str, Any] | None = run.json(name, dict[str, Any])
     if not numbers or not (given := numbers.get("options")):
         return numbers, None
     options = " ".join(f"--{name} {value:g}" for name, value in given.items())
-    notice.warning("%s was last evaluated with %s: evaluated here without, as other runs", run.path, options)
-    found, *again = analyse(run.path, deck=deck)
-    return finite(found), (again[0], again[1])
+    return _again(run.path, deck, options, (run.path / name).stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=16)
+def _again(run_dir: Path, deck: int, options: str, of_ns: int) -> tuple[dict[str, Any], tuple[pd.DataFrame, pd.DataFrame]]:
+    """Evaluate a deck without options, once for each result that has them, so that one notice says so."""
+    notice.warning("%s was last evaluated with %s: evaluated here without, as other runs", run_dir, options)
+    found, curve, series = analyse(run_dir, deck=deck)
+    return finite(found), (curve, series)

@@ -137,3 +137,4 @@ def test_options_of_an_evaluation_change_no_comparison(tmp_path: Path, caplog: p
     assert "b was last evaluated with --aperture 3.5 --from 1" in caplog.text
     again = screening_report.stored(runs[1])
     assert again is not None and again["efficiency"] == whole["efficiency"]
+    assert caplog.text.count("was last evaluated") == 1
