@@ -28,6 +28,7 @@ from pywet.geometry.surface import Floats
 from pywet.products import streams
 from pywet.products.partition import mean_and_half_width
 from pywet.runs.rundir import RunDir
+from pywet.runs.spread import quantile
 from pywet.util.files import check_numbers, read_csv, read_table
 
 PREFIX = "fraction_retained_"
@@ -80,7 +81,6 @@ def fit(law: Law, t: Floats, y: Floats) -> tuple[Floats, Floats]:
     scatter.
     """
     from scipy.optimize import curve_fit
-    from scipy.stats import t as student
 
     start = (0.1, *law.start)
     high = (float(t.max()) or 1.0, *law.bounds)
@@ -91,7 +91,7 @@ def fit(law: Law, t: Floats, y: Floats) -> tuple[Floats, Floats]:
             f"kinetics: {law.name} could not be fitted ({error}); expected a decreasing curve", code="kinetics.fit"
         ) from error
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return values, np.asarray(student.ppf(0.975, max(len(t) - len(start), 1)) * spread)
+    return values, np.asarray(quantile(max(len(t) - len(start), 1) + 1) * spread)
 
 
 def points(curve: pd.DataFrame, kind: str) -> tuple[Floats, Floats]:

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.geometry.surface import Floats
+from pywet.runs.spread import quantile
 
 NORMAL_95 = 1.959963984540054
 """Two-sided 95 % point of the normal distribution."""
@@ -169,10 +170,8 @@ def mean_and_half_width(values: Sequence[float]) -> tuple[float, float]:
     >>> "{:.2f} {:.4f}".format(*mean_and_half_width([1.0, 2.0, 3.0]))
     '2.00 2.4841'
     """
-    from scipy.stats import t
-
     given = np.asarray(values, dtype=float)
     n = len(given)
     if n < 2:
         return float(given.mean()), math.nan
-    return float(given.mean()), float(t.ppf(0.975, n - 1) * given.std(ddof=1) / math.sqrt(n))
+    return float(given.mean()), quantile(n) * float(given.std(ddof=1)) / math.sqrt(n)

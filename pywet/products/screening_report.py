@@ -235,7 +235,9 @@ def _stored(run: RunDir, deck: int) -> tuple[dict[str, Any] | None, tuple[pd.Dat
 
 
 @lru_cache(maxsize=16)
-def _again(run_dir: Path, deck: int, options: str, of_ns: int) -> tuple[dict[str, Any], tuple[pd.DataFrame, pd.DataFrame]]:
+def _again(
+    run_dir: Path, deck: int, options: str, of_ns: int
+) -> tuple[dict[str, Any], tuple[pd.DataFrame, pd.DataFrame]]:
     """Evaluate a deck without options, once for each result that has them, so that one notice says so."""
     notice.warning("%s was last evaluated with %s: evaluated here without, as other runs", run_dir, options)
     found, curve, series = analyse(run_dir, deck=deck)
