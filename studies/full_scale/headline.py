@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from studies.full_scale import spread
 from studies.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, Statement
 from studies.full_scale.spread import Runs
+from studies.full_scale.stored_runs import mean
 
 INTRO = (
     'The 18 screening cases of Elskamp & Kruggel-Emden (2018, "the paper") were simulated on a sieve of 200 mm for 20 s from the '
@@ -17,7 +16,7 @@ INTRO = (
 
 
 def _half(runs: Runs, case: int) -> str:
-    return f"{np.mean([spread.half_through(k) for k in runs[case]]):.2f} s"
+    return f"{mean(runs[case], spread.half_through):.2f} s"
 
 
 def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
@@ -30,7 +29,7 @@ def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
             "10 s all undersize has passed.",
         ]
     if all(runs.get(n) for n in (7, 8, 16, 17)):
-        y = [f"{runs[n][0].at(runs[n][0].retained(), 20.0):.2f}" for n in (7, 8, 16, 17)]
+        y = [f"{mean(runs[n], lambda k: k.at(k.retained(), 20.0)):.2f}" for n in (7, 8, 16, 17)]
         written += [
             f"  With 5.6 mm the screen retains after 20 s {y[0]} of the dry and {y[1]} of the moist feed (POM), {y[2]} of the "
             f"dry and {y[3]} "
@@ -38,12 +37,17 @@ def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
         ]
     for name, n in (("POM", 2), ("glass", 11)):
         if runs.get(n):
-            k = runs[n][0]
-            held = [100.0 * float(v[-1]) for v in (k.liquid("fines"), k.liquid("coarse_material"), k.walls)]
+            held = [
+                100.0 * mean(runs[n], of)
+                for of in (
+                    lambda k: k.liquid("fines", "collecting_bin")[-1],
+                    lambda k: k.liquid("coarse_material")[-1],
+                    lambda k: k.walls[-1],
+                )
+            ]
             written += [
-                f"- **Liquid at the end**: {held[0]:.0f} % of the liquid of {name} on 8 mm is on fines, {held[1]:.0f} % on "
-                "coarse "
-                f"spheres and {held[2]:.0f} % on walls."
+                f"- **Liquid at the end**: {held[0]:.0f} % of the liquid of {name} on 8 mm is in the bin, on fines and walls, "
+                f"{held[1]:.0f} % on coarse spheres and {held[2]:.0f} % on the other walls."
             ]
     return [*written, f"- **Statements of the paper**: {_counted(answers)}.", ""]
 

@@ -21,12 +21,12 @@ from studies.full_scale.campaign import SETTINGS
 from studies.full_scale.judging import FAILS, OPEN, Answer, Statement, judge, neighbours
 from studies.full_scale.spread import Runs
 from studies.full_scale.statements import STATEMENTS
-from studies.full_scale.stored_runs import StoredRun
+from studies.full_scale.stored_runs import DEFAULT, DRY_CASES, SEEDS, StoredRun
 
 Answers = Sequence[tuple[Statement, Answer]]
 FOLDER = Path("docs/full_scale")
-SEEDED, SEEDS = (1, 2, 10, 11), 3
-"""Cases that should have this number of seeds, and a run with the paper's stiffness."""
+STIFF, STIFF_RETIRED = ((1, 2, 10, 11), "paper"), ((7, 8, 16, 17), f"{DEFAULT}_stiff")
+"""Cases with a run with the paper's stiffness, and its name: runs with all spheres, and runs whose passed spheres are retired."""
 FIGURES = {
     "fig10": ("Fig. 10: dry, fraction retained", plots.dry),
     "fig12": ("Fig. 12: fraction retained and liquid", plots.moisture),
@@ -46,7 +46,7 @@ METHOD = """
 
 The time step
 is a tenth of the shortest collision time, and the contact stiffness is {stiffness}
-([errors of these settings](accuracy.md)).
+([errors of these settings](accuracy.md)). {retired}
 """
 
 COMMITS = {
@@ -67,18 +67,21 @@ SWITCHED = ("shedding", "liquid_weight")
 """Variants that are the campaign's settings with this effect on."""
 
 
+def _seeds(runs: Runs) -> list[str]:
+    """Write how many seeds the cases have, and how one with a single seed is judged."""
+    single = [str(n) for n in sorted(runs) if len(runs[n]) == 1]
+    if not single:
+        return []
+    return [
+        f"- Cases {', '.join(single)} were run with one seed. Such a case is judged by the scatter of",
+        "  the most similar case with several seeds, which underestimates the scatter with apertures of 5.6 mm late in the run.",
+    ]
+
+
 def honest(runs: Runs) -> str:
     """Write the limits of the page."""
-    seeded = [str(n) for n in sorted(runs) if len(runs[n]) > 1]
-    several = (
-        f"Cases {', '.join(seeded)} were run with several seeds, all others with one"
-        if seeded
-        else "Each case was run with one seed"
-    )
-    return f"""## Limits
-
-- {several}. A case with one seed is judged by the scatter of
-  the most similar case with several seeds, which underestimates the scatter with apertures of 5.6 mm late in the run.
+    lines = "\n".join(["## Limits", "", *_seeds(runs)])
+    return f"""{lines}
 - The contact stiffness is below the paper's, and the paper does not give all dimensions of the apparatus
   ([sieve diameter](rig.md)). A statement that is not confirmed shows first that this simulation differs from the paper's.
 """
@@ -87,14 +90,31 @@ def honest(runs: Runs) -> str:
 def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str:
     """Write the figures next to `data` and return the page's text."""
     config = config or settings.load(Path("config"))
-    variants = stored_runs.variants(data)
-    runs = variants.pop("", {})
+    variants, rigs = stored_runs.variants(data), stored_runs.variants(data.parent / stored_runs.RIGS.name)
+    campaign = variants.pop("", {})
+    runs = stored_runs.default(campaign, rigs.get(DEFAULT, {}))
+    # moist cases: by runs of the campaign's version, since which a sphere at a convex edge of a wall has one bridge
+    dry = {case: of for case, of in rigs.get(DEFAULT, {}).items() if case in DRY_CASES}
+    retired = dry | variants.get("retire", {})
     answers = [(s, judge(s, runs)) for s in STATEMENTS]
     failed, open_ = ([s.number for s, answer in answers if answer.verdict == of] for of in (FAILS, OPEN))
     known = {n: reasons.reason(n, runs) for n in sorted([*failed, *open_]) if n in reasons.REASONS or n in failed}
     results = [_result(config, number, runs) for number in sorted(runs)]
-    seeds = spread.rows(runs, variants.get("paper", {}), SEEDED)
-    _store(data.parent, config, runs, variants, answers, seeds)
+    seeds = [
+        row
+        for of, (cases, name), stiff in ((campaign, STIFF, variants), (runs, STIFF_RETIRED, rigs))
+        for row in spread.rows(of, stiff.get(name, {}), [n for n in cases if n in stiff.get(name, {})])
+    ]
+    every = {"": campaign, **variants, **{name: rigs[name] for name in (DEFAULT, STIFF_RETIRED[1]) if name in rigs}}
+    shed = [row for effect in SWITCHED for row in _switched(campaign, variants, effect)]
+    for name, columns, rows in (
+        ("runs", run_table.RUN_COLUMNS, run_table.run_rows(config, every)),
+        ("statements", run_table.STATEMENT_COLUMNS, run_table.statement_rows(answers)),
+        ("seeds", spread.COLUMNS, seeds),
+        ("retirement", retirement.COLUMNS, retirement.rows(campaign, retired)),
+        ("switched", ("effect", *spread.COLUMNS), shed),
+    ):
+        run_table.write(data.parent / f"{name}.csv", columns, rows)
     run_table.write(data.parent / "reasons.csv", ("statement", "reason"), known.items())
     lines = [
         *headline.lines(runs, answers),
@@ -103,44 +123,34 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         *_statements(answers),
         *(["\n## Why statements are not confirmed\n", *reasons.grouped(known, SAYS)] if known else []),
         METHOD.format(
-            stiffness=" and ".join(f"{of['stiffness']:g} of the paper's at {mm:g} mm" for mm, of in SETTINGS.items())
+            stiffness=" and ".join(f"{of['stiffness']:g} of the paper's at {mm:g} mm" for mm, of in SETTINGS.items()),
+            retired=_which(runs, rigs.get(DEFAULT, {})),
         ),
-        *_runs(config, runs, variants),
+        *_runs(config, runs, every),
         *_cost(runs),
-        *_lacking(runs, variants.get("paper", {})),
         *spread.lines(seeds),
-        *retirement.lines(runs, variants.get(retirement.VARIANT, {})),
-        BEYOND.format(full=_full_beyond(runs, variants)),
+        *retirement.lines(campaign, retired),
+        BEYOND.format(full=_full_beyond(campaign, variants)),
     ]
     if runs:
-        lines += ["\n## Figures\n", *_figures(data.parent, stroke.fig9(config), results, runs, variants)]
+        lines += ["\n## Figures\n", *_figures(data.parent, stroke.fig9(config), results, campaign, variants)]
     lines += ["\n" + honest(runs)]
     return "\n".join(lines).replace("\n\n\n", "\n\n").rstrip() + "\n"
 
 
-def _store(
-    folder: Path,
-    config: Config,
-    runs: Runs,
-    variants: Mapping[str, Runs],
-    answers: Answers,
-    seeds: Sequence[spread.Row],
-) -> None:
-    """Write the tables of the page as CSV files."""
-    shed = [row for effect in SWITCHED for row in _switched(runs, variants, effect)]
-    for name, columns, rows in (
-        ("runs", run_table.RUN_COLUMNS, run_table.run_rows(config, runs, variants)),
-        ("statements", run_table.STATEMENT_COLUMNS, run_table.statement_rows(answers)),
-        ("seeds", spread.COLUMNS, seeds),
-        ("retirement", retirement.COLUMNS, retirement.rows(runs, variants.get(retirement.VARIANT, {}))),
-        ("switched", ("effect", *spread.COLUMNS), shed),
-    ):
-        run_table.write(folder / f"{name}.csv", columns, rows)
+def _which(runs: Runs, retired: Runs) -> str:
+    """Say which cases are judged by how many runs, and in which of them passed spheres are retired."""
+    whole = [n for n, of in runs.items() if of is retired.get(n)]
+    few = [str(n) for n in sorted(runs) if n not in whole]
+    if not whole:
+        return ""
+    rest = f"; cases {', '.join(few)} with the runs in which all spheres stay" if few else ""
+    return f"Statements are judged with at least {len(SEEDS)} seeds of each case, passed spheres retired{rest}."
 
 
-def _runs(config: Config, runs: Runs, others: Mapping[str, Runs]) -> list[str]:
+def _runs(config: Config, runs: Runs, every: Mapping[str, Runs]) -> list[str]:
     missing = [n for n in sorted(config.cases) if not runs.get(n)]
-    rows = [k for group in (runs, *others.values()) for of in group.values() for k in of]
+    rows = [k for group in every.values() for of in group.values() for k in of]
     message = f"Not run yet: {', '.join(map(str, missing))}." if missing else "All 18 cases have run."
     hours = sum(k.about["cpu_s"] or 0.0 for k in rows) / 3600.0
     if not rows:
@@ -168,24 +178,6 @@ def _cost(runs: Runs) -> list[str]:
         "the median, "
         f"with a range of {min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} pairs with the same seed, on a loaded machine)."
     ]
-
-
-def _lacking(runs: Runs, stiff: Runs) -> list[str]:
-    """List the results that are missing from the page because runs are missing."""
-    seeds = ", ".join(str(len(runs.get(n, ()))) for n in SEEDED)
-    lines: list[str] = []
-    if any(len(runs.get(n, ())) < SEEDS for n in SEEDED):
-        lines += [
-            f"- **Missing: {SEEDS} seeds of cases {', '.join(map(str, SEEDED))}** (there are {seeds}). The scatter at full",
-            "  scale is measured with fewer, or taken as none where there is one.",
-        ]
-    left = [n for n in SEEDED if not stiff.get(n)]
-    if left:
-        lines += [
-            f"- **Missing: cases {', '.join(map(str, left))} with the paper's stiffness.** The effect of a lower one",
-            "  is taken from the reduced scale (below), not measured.",
-        ]
-    return lines
 
 
 def _statements(answers: Answers) -> list[str]:

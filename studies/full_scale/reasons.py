@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import pandas as pd
 import typer
 
@@ -19,7 +20,7 @@ from pywet.errors import PywetError, border
 from pywet.runs.rundir import RunDir
 from pywet.util.files import read_json, write_csv
 from studies.full_scale.quantities import MAJORITY, through
-from studies.full_scale.stored_runs import COARSE, DIGITS, UNDERSIZE, WALLS, StoredRun
+from studies.full_scale.stored_runs import COARSE, DIGITS, UNDERSIZE, WALLS, StoredRun, mean
 from studies.full_scale.trials import named
 
 FOLDER = Path("docs/full_scale/reasons")
@@ -76,9 +77,13 @@ def _trials(folder: Path, statement: int = 7) -> Callable[[str, int, str], float
     return lambda trial, case, of: float(late[of].to_dict()[trial, case])
 
 
+def _left(runs: Sequence[StoredRun], time: float) -> float:
+    """Return the undersize left on the screen at a time [%], mean over seeds."""
+    return 100.0 * mean(runs, lambda run: run.at(run.undersize, time))
+
+
 def _slower(runs: Runs, folder: Path) -> str:
-    full, less = runs[1][0], runs[4][0]
-    left = [100 * run.at(run.undersize, 5.0) for run in (full, less)]
+    left = [_left(runs[n], 5.0) for n in (1, 4)]
     return (
         f"passage ends sooner than in the paper: at 5 s {left[0]:.0f} % of the undersize is left with 1 mm, {left[1]:.0f} % "
         "with 0.8 mm. The reason is the same as for statement 7."
@@ -86,11 +91,11 @@ def _slower(runs: Runs, folder: Path) -> str:
 
 
 def _wider(runs: Runs, folder: Path) -> str:
-    of, narrow = _trials(folder, 6), runs[7][0]
+    of = _trials(folder, 6)
     means = [f"{of('deep', n, 'all'):.2f} instead of {of('as_is', n, 'all'):.2f}" for n in (7, 8)]
     return (
         "three of its four parts are confirmed; passage of POM with 5.6 mm ends sooner than in the paper, with "
-        f"{100 * narrow.at(narrow.undersize, 20.0):.1f} % of the undersize left at 20 s. Passage depends on the depth of the "
+        f"{_left(runs[7], 20.0):.1f} % of the undersize left at 20 s. Passage depends on the depth of the "
         "bed: in "
         f"trials a bed twice as deep retains {means[0]} of the dry feed, {means[1]} with 5 % of liquid."
     )
@@ -98,7 +103,7 @@ def _wider(runs: Runs, folder: Path) -> str:
 
 def _early(runs: Runs, folder: Path) -> str:
     of = _trials(folder)
-    left = [100 * run.at(run.undersize, 3.0) for run in (runs[k][0] for k in (1, 2, 3))]
+    left = [_left(runs[n], 3.0) for n in (1, 2, 3)]
     deep = [f"{of('deep', n, 'all'):.2f} instead of {of('as_is', n, 'all'):.2f}" for n in (1, 3)]
     return (
         f"at 3 s {left[0]:.0f} % of the dry undersize has not yet passed, {left[1]:.0f} % with 5 % and "
@@ -121,8 +126,10 @@ def _small_first(runs: Runs, folder: Path) -> str:
 
 def _dry_near(runs: Runs, folder: Path) -> str:
     of = _trials(folder)
-    dry, moist = runs[10][0], runs[12][0]
-    least = (dry.retained(NEAR) - moist.retained(SMALL))[(dry.times >= 0.5) & (dry.times <= 3.0)].min()
+    dry = runs[10][0]
+    while_passing = (dry.times >= 0.5) & (dry.times <= 3.0)
+    near, small = (np.mean([k.retained(of) for k in runs[n]], axis=0) for n, of in ((10, NEAR), (12, SMALL)))
+    least = (near - small)[while_passing].min()
     glass = of("sticky", 12, SMALL) - of("as_is", 10, NEAR)
     return (
         f"from 0.5 to 3 s Y of the moist small spheres (case 12) is at least {least:.3f} below Y of the dry near-mesh spheres "
@@ -135,10 +142,10 @@ def _within_scatter(cases: Sequence[int], end: float, seeded: int) -> Callable[[
     """Describe the differences of Y from 2 s to `end` over the liquid content, and the scatter of the seeds of a case."""
 
     def sentence(runs: Runs, folder: Path) -> str:
-        y = [runs[n][0].y(2.0, end) for n in cases]
+        y = [mean(runs[n], lambda k: k.y(2.0, end)) for n in cases]
         seeds = [k.y(2.0, end) for k in runs[seeded]]
         return (
-            f"with 5 and 10 % of liquid the mean Y of the first seed rises by {y[1] - y[0]:.4f} and by a further "
+            f"with 5 and 10 % of liquid the mean Y rises by {y[1] - y[0]:.4f} and by a further "
             f"{y[2] - y[1]:.4f}, while "
             f"the seeds of case {seeded} differ by up to {max(seeds) - min(seeds):.4f}."
         )
@@ -148,7 +155,7 @@ def _within_scatter(cases: Sequence[int], end: float, seeded: int) -> Callable[[
 
 def _spreads(runs: Runs, groups: Sequence[Sequence[int]], *spans: tuple[float, float]) -> list[float]:
     """Return the largest minus the smallest mean Y of each group of cases in each time interval."""
-    means = [[[runs[n][0].y(*span) for n in cases] for cases in groups] for span in spans]
+    means = [[[mean(runs[n], lambda k, span=span: k.y(*span)) for n in cases] for cases in groups] for span in spans]
     return [max(each) - min(each) for of in means for each in of]
 
 
@@ -167,7 +174,7 @@ def _closer(runs: Runs, folder: Path) -> str:
 
 
 def _nothing_left(runs: Runs, folder: Path) -> str:
-    dry, moist = (100.0 * runs[n][0].at(runs[n][0].undersize, 20.0) for n in (7, 8))
+    dry, moist = (_left(runs[n], 20.0) for n in (7, 8))
     return (
         f"its first half is confirmed. But only {dry:.2f} % of the dry undersize is left at 20 s, so that less cannot be left "
         "with liquid "
@@ -176,10 +183,10 @@ def _nothing_left(runs: Runs, folder: Path) -> str:
 
 
 def _still_changing(runs: Runs, folder: Path) -> str:
-    run = runs[11][0]
-    since = through({11: run}, 11, MAJORITY)
+    since = mean(runs[11], lambda run: through({11: run}, 11, MAJORITY))
     moved = {
-        h: 100.0 * (run.at(run.liquid(h), 20.0) - run.at(run.liquid(h), since)) for h in ("coarse_material", "fines")
+        h: 100.0 * mean(runs[11], lambda run, h=h: run.at(run.liquid(h), 20.0) - run.at(run.liquid(h), since))
+        for h in ("coarse_material", "fines")
     }
     return (
         "three of its four parts are confirmed. In case 11 the last tenth of the undersize carries its liquid away: after "
@@ -191,8 +198,10 @@ def _still_changing(runs: Runs, folder: Path) -> str:
 def _too_little_left(runs: Runs, folder: Path) -> str:
     lines_of = []
     for number in (8, 17):
-        run = runs[number][0]
-        held = [100.0 * run.at(run.liquid(h), 20.0) for h in ("coarse_material", "fines")]
+        held = [
+            100.0 * mean(runs[number], lambda run, h=h: run.at(run.liquid(h), 20.0))
+            for h in ("coarse_material", "fines")
+        ]
         lines_of.append(f"case {number}: {held[0]:.1f} % on the coarse material, {held[1]:.1f} % on the fines")
     return (
         "its first half is confirmed. But at 20 s most of the undersize has passed and carried its liquid away "
@@ -201,15 +210,13 @@ def _too_little_left(runs: Runs, folder: Path) -> str:
 
 
 def _at_once(runs: Runs, folder: Path) -> str:
-    run = runs[1][0]
-    left = {t: 100.0 * run.at(run.undersize, t) for t in (2.0, 5.0, 10.0)}
-    shares = ", ".join(f"{of:.1f} % at {t:g} s" for t, of in left.items())
+    shares = ", ".join(f"{_left(runs[1], t):.1f} % at {t:g} s" for t in (2.0, 5.0, 10.0))
     return f"passage ends sooner than in the paper: {shares} of the undersize is left. The reason is the same as for statement 7."
 
 
 def _glass_pegs(runs: Runs, folder: Path) -> str:
-    ends = [runs[n][0].at(runs[n][0].retained(), 20.0) for n in (7, 16)]
-    stuck = [runs[n][0].mean(runs[n][0].count("wedged", COARSE), 10.0, 20.0) for n in (7, 16)]
+    ends = [mean(runs[n], lambda k: k.at(k.retained(), 20.0)) for n in (7, 16)]
+    stuck = [mean(runs[n], lambda k: k.mean(k.count("wedged", COARSE), 10.0, 20.0)) for n in (7, 16)]
     return (
         f"with apertures of 5.6 mm Y at 20 s is {ends[1]:.3f} for glass and {ends[0]:.3f} for POM; from 10 to 20 s on average "
         f"{stuck[1]:.0f} large spheres of glass and {stuck[0]:.0f} of POM are wedged. The reason is unknown."
@@ -217,7 +224,7 @@ def _glass_pegs(runs: Runs, folder: Path) -> str:
 
 
 def _few_left(runs: Runs, folder: Path) -> str:
-    small = [100.0 * runs[n][0].at(runs[n][0].retained(SMALL), 5.0) for n in (7, 8)]
+    small = [100.0 * mean(runs[n], lambda k: k.at(k.retained(SMALL), 5.0)) for n in (7, 8)]
     return (
         f"after 5 s fewer moist small spheres (5 % of liquid) than dry ones pass, because fewer are left ({small[1]:.1f} and "
         f"{small[0]:.1f} %). The near-mesh class and the runs with 10 % behave as stated in the paper."

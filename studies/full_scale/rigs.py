@@ -25,14 +25,14 @@ from studies.full_scale import run_table, stored_runs
 from studies.full_scale.campaign import SETTINGS, Campaign, prepare, write_again
 from studies.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, decide, each, judge, refuted
 from studies.full_scale.statements import STATEMENTS
-from studies.full_scale.stored_runs import COARSE, StoredRun
+from studies.full_scale.stored_runs import CAMPAIGN, COARSE, DEFAULT, DRY_CASES, StoredRun
+from studies.full_scale.stored_runs import RIGS as DATA
 
 Table = tuple[list[str], list[list[object]]]
 """Columns and rows."""
 SIGNS = {HOLDS: "✓", FAILS: "✗", OPEN: "?", MISSING: "–"}
 """Verdict -> its sign on the page."""
-DATA, PAGE = Path("docs/full_scale/rigs"), Path("docs/rig.md")
-CAMPAIGN = Path("docs/full_scale/data")
+PAGE = Path("docs/rig.md")
 ANY, NONE = "{any reading}", "{none}"
 """Where the page says which statements its runs confirm, and what refutes the others."""
 TIMES_S, WEDGED_S = (5.0, 10.0, 20.0), (7.0,)
@@ -88,11 +88,8 @@ The signs mean: ✓ confirmed, ✗ not confirmed, ? inconclusive, – not run. R
 values: [rig_statements.csv](full_scale/rig_statements.csv).
 
 """
-SEEDS = {10007, 10009, 10012}
-"""Seeds with which each case is run on 200 mm."""
-PRESETS = ("sieve200", "sieve185")
+PRESETS = (DEFAULT, "sieve185")
 """Rigs with which all cases were run."""
-DRY_CASES = (1, 4, 10, 13, 7, 16)
 
 
 def sieve(diameter_mm: float) -> dict[str, Any]:
@@ -122,15 +119,18 @@ OTHERS = {
 """Short name -> entries for each alternative of docs/readings.md that PRINTED and WALL do not contain."""
 OF_BRIDGES = ("printed", "wall", "printed_walls", "facet", "part", "fifth", "residual")
 """Readings that change nothing in a dry case."""
+ALL, RETIRE = f"{DEFAULT}_all", "config.yaml: retire"
+"""Rig in which all spheres stay, and the entry that retires those that have passed."""
 PAPER_STIFFNESS = {"scales.yaml: scales full stiffness_factor value": 1.0}
 RIGS: dict[str, dict[str, Any]] = {
     **{f"sieve{d:g}": sieve(d) for d in (150.0, 180.0, 182.5, 185.0, 187.5, 190.0, 192.5, 195.0, 200.0)},
     **{f"amplitude{a:g}": amplitude(0.01 * a) for a in (60, 70, 80, 90)},
     **{f"sieve{d:g}_amplitude{a}": sieve(d) | amplitude(0.01 * a) for d in (185.0, 190.0) for a in (80, 90)},
-    **{f"sieve{d:g}_stiff": sieve(d) | PAPER_STIFFNESS for d in (180.0, 182.5, 185.0)},
+    **{f"sieve{d:g}_stiff": sieve(d) | PAPER_STIFFNESS for d in (180.0, 182.5, 185.0, 200.0)},
     **{f"sieve{d:g}_printed": sieve(d) | PRINTED for d in (185.0, 190.0, 200.0)},
     **{f"sieve{d:g}_wall": sieve(d) | WALL for d in (185.0, 200.0)},
     **{f"sieve200_{name}": sieve(200.0) | entries for name, entries in OTHERS.items()},
+    ALL: sieve(200.0) | {RETIRE: "off"},
 }
 """Name -> entries of the configuration; `stiff`: stiffness of the paper's table 1; `printed`, `wall`: PRINTED, WALL."""
 TURNED = (
@@ -170,7 +170,7 @@ def run(
 def configure(source: Path, out: Path, rig: str, aperture_mm: float) -> Path:
     """Write a copy of the configuration with a rig and the campaign's settings for this aperture, and return its folder."""
     target = out / f"settings-{rig}-{aperture_mm:g}mm"
-    write_again(source, target, "full", SETTINGS[aperture_mm], {**RIGS[rig], "config.yaml: retire": "on"})
+    write_again(source, target, "full", SETTINGS[aperture_mm], {RETIRE: "on", **RIGS[rig]})
     return target
 
 
@@ -189,26 +189,21 @@ def page(data: Annotated[Path, typer.Option(help="Folder of the stored tables.")
 def text(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> str:
     """Return the page: effect of the rigs on passage and on the statements that their runs decide."""
     runs = whole(rigs)
-    answer, none = any_reading(runs, stored_runs.variants(CAMPAIGN)[""])
+    answer, none = any_reading(runs)
     head = HEAD.replace(ANY, answer).replace(NONE, "\n".join(impossible(runs, none)))
     return head + BETWEEN + "\n".join(verdicts(runs)) + "\n"
 
 
 def whole(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> dict[str, dict[int, Sequence[StoredRun]]]:
-    """Return the rigs with dry cases (`with_dry`); a case on 200 mm without all of SEEDS is that of the full-scale page."""
-    new = {
-        case: runs for case, runs in rigs.get("sieve200", {}).items() if {run.about["seed"] for run in runs} >= SEEDS
-    }
-    default = {**stored_runs.variants(CAMPAIGN)[""], **new}
-    return with_dry(dict(sorted({**rigs, "sieve200": default}.items())))
+    """Return the rigs with dry cases (`with_dry`), and those runs on 200 mm by which the default is judged."""
+    default = stored_runs.default(stored_runs.variants(CAMPAIGN)[""], rigs.get(DEFAULT, {}))
+    return with_dry(dict(sorted({**rigs, DEFAULT: default}.items())))
 
 
-def any_reading(
-    rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]], campaign: Mapping[int, Sequence[StoredRun]]
-) -> tuple[str, list[int]]:
-    """Return sentences on the statements that the campaign, some rig only, or none confirms, and the numbers of the last."""
+def any_reading(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> tuple[str, list[int]]:
+    """Return sentences on the statements that the default, some rig only, or none confirms, and the numbers of the last."""
     decided = [s for s in STATEMENTS if s.cases]
-    shipped = {s.number for s in decided if judge(s, campaign).verdict == HOLDS}
+    shipped = {s.number for s in decided if judge(s, rigs[DEFAULT]).verdict == HOLDS}
     more = {
         s.number: [rig for rig, runs in rigs.items() if judge(s, runs).verdict == HOLDS]
         for s in decided
@@ -219,7 +214,7 @@ def any_reading(
     answer = (
         f"Of the paper's {len(decided)} statements on screening cases, the runs of the full-scale page confirm "
         f"{len(shipped)}; {len(gained)} "
-        f"others are confirmed only with another diameter, more seeds or another interpretation of the paper: "
+        f"others are confirmed only with another diameter or another interpretation of the paper: "
         f"{', '.join(gained)}. No run confirms {', '.join(map(str, none))}."
     )
     return answer, none
@@ -238,17 +233,17 @@ def impossible(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]], numbers: S
         "| statement | range | 200 mm | closest other run | impossible |",
         "|---|---|---|---|---|",
     ]
-    default = rigs["sieve200"]
+    default = rigs[DEFAULT]
     for statement in (s for s in STATEMENTS if s.number in numbers):
-        found = {rig: refuted(statement, rigs.get(rig, {}), default) for rig in ("sieve200", *TURNED)}
+        found = {rig: refuted(statement, rigs.get(rig, {}), default) for rig in (DEFAULT, *TURNED)}
         answer = judge(statement, default)
-        missed = [
-            part
+        verdicts = [
+            decide(part, sum(values) / len(values), half)
             for part, values, half in zip(statement.parts, answer.values, answer.uncertainty, strict=True)
-            if decide(part, sum(values) / len(values), half) == FAILS
         ]
-        part = missed[0]  # 200 mm does not confirm the statement because of it
-        others = {rig: each(part, runs) for rig, runs in rigs.items() if rig != "sieve200"}
+        # 200 mm does not confirm the statement because of this part
+        part = statement.parts[verdicts.index(FAILS if FAILS in verdicts else OPEN)]
+        others = {rig: each(part, runs) for rig, runs in rigs.items() if rig != DEFAULT}
         means = {rig: sum(v) / len(v) for rig, v in others.items() if v}
         closest = min(means, key=lambda rig: max(part.low - means[rig], means[rig] - part.high), default="")
         open_with = [rig for rig, k in found.items() if k is None]

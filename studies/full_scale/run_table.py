@@ -52,9 +52,9 @@ def run_row(config: Config, run: StoredRun) -> tuple[object, ...]:
     )
 
 
-def run_rows(config: Config, runs: Runs, others: Mapping[str, Runs]) -> list[tuple[object, ...]]:
-    """Return every stored run, by variant and case."""
-    return [run_row(config, k) for group in (runs, *others.values()) for number in sorted(group) for k in group[number]]
+def run_rows(config: Config, every: Mapping[str, Runs]) -> list[tuple[object, ...]]:
+    """Return a row for every run, by the name of its settings and by case."""
+    return [run_row(config, k) for group in every.values() for number in sorted(group) for k in group[number]]
 
 
 def statement_rows(answers: Sequence[tuple[Statement, Answer]]) -> list[tuple[object, ...]]:

@@ -6,7 +6,7 @@ count from the opening of the slide, which is the paper's t = 0.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -28,6 +28,11 @@ from pywet.util.files import read_json, write_csv, write_json
 TABLES = ("fraction_retained", "liquid_by_holder", "spheres")
 DIGITS = "%.7g"
 CURE = "run the case again, or fetch the tables of the repository"
+CAMPAIGN, RIGS = Path("docs/full_scale/data"), Path("docs/full_scale/rigs")
+"""Folders of runs with all spheres, and of runs whose passed spheres are retired, both on 200 mm and with other readings."""
+DEFAULT, SEEDS = "sieve200", {10007, 10009, 10012}
+"""Name of the default settings among RIGS, and the seeds with which each of their cases is run."""
+DRY_CASES = (1, 4, 10, 13, 7, 16)
 UNDERSIZE, COARSE = CLASS_NAMES[:2], CLASS_NAMES[2]
 WALLS = ("wires", "side_wall", "feed_bin", "outlet", "impact_plate")
 """Rows of liquid_by_holder that are the screening apparatus (all walls but the bin)."""
@@ -249,3 +254,16 @@ def variants(data: Path) -> dict[str, dict[int, list[StoredRun]]]:
     for one in sorted((StoredRun(p.parent) for p in data.glob("*/run.json")), key=lambda k: int(k.about["seed"])):
         found.setdefault(str(one.about.get("variant", "")), {}).setdefault(one.case, []).append(one)
     return found
+
+
+def mean(runs: Sequence[StoredRun], of: Callable[[StoredRun], float]) -> float:
+    """Return the mean of a quantity over the seeds of a case."""
+    return float(np.mean([of(run) for run in runs]))
+
+
+def default(
+    campaign: Mapping[int, Sequence[StoredRun]], retired: Mapping[int, Sequence[StoredRun]]
+) -> dict[int, Sequence[StoredRun]]:
+    """Return the runs by which the default settings are judged: of each case those with SEEDS, else those of the campaign."""
+    whole = {case: runs for case, runs in retired.items() if {run.about["seed"] for run in runs} >= SEEDS}
+    return {**campaign, **whole}

@@ -157,7 +157,8 @@ def test_the_page_in_the_docs_follows_from_the_stored_tables(tmp_path: Path) -> 
     data = ROOT / "docs" / "full_scale" / "data"
     if data.exists():
         folder.mkdir()
-        (folder / "data").symlink_to(data)
+        for name in ("data", "rigs"):
+            (folder / name).symlink_to(data.with_name(name))
     assert (
         page.page_text(folder / "data", settings.load(ROOT / "config")) == (ROOT / "docs" / "full_scale.md").read_text()
     )
@@ -171,9 +172,8 @@ def test_the_commits_that_tables_name_can_be_found() -> None:
     git = ["git", "-C", str(ROOT), "rev-parse", "--verify", "--quiet"]
     if subprocess.run([*git, "101bd0f^{commit}"], capture_output=True, check=False).returncode:
         pytest.skip("no history here")
-    named = {
-        str(StoredRun(p.parent).about["commit"]) for p in (ROOT / "docs" / "full_scale" / "data").glob("*/run.json")
-    }
+    with open(ROOT / "docs" / "full_scale" / "runs.csv", newline="", encoding="utf-8") as file:
+        named = {row["commit"] for row in csv.DictReader(file)}
     lost = {c for c in named if subprocess.run([*git, f"{c}^{{commit}}"], capture_output=True, check=False).returncode}
     assert named and lost <= set(page.COMMITS)
 
@@ -234,6 +234,17 @@ def test_the_numbers_of_the_readme_are_those_of_the_stored_tables() -> None:
     )
 
 
+def test_a_case_with_all_seeds_is_judged_by_its_retired_runs(tmp_path: Path) -> None:
+    """Case 1 has all seeds of the list and one more, case 2 lacks one, case 3 was not run again."""
+    every = {case: [make(tmp_path / "data", case, seed=10007)] for case in (1, 2, 3)}
+    retired = {
+        case: [make(tmp_path / "rigs", case, seed=seed) for seed in seeds]
+        for case, seeds in ((1, (10007, 10009, 10012, 10013)), (2, (10007, 10009)))
+    }
+    assert stored_runs.default(every, retired) == {1: retired[1], 2: every[2], 3: every[3]}
+    assert stored_runs.mean(retired[1], lambda run: float(run.about["seed"])) == 10010.25
+
+
 def test_what_springs_do_is_distinguished_from_scatter(tmp_path: Path) -> None:
     """Half of U = (exp(−0.4 t) + exp(−0.32 t))/2 is through at 1.93 s; three seeds, Student's 4.303 · √(1 + 1/3)."""
     seeds = [make(tmp_path / "a", 1, seed=k, rate=r) for k, r in ((1, 0.38), (2, 0.4), (3, 0.42))]
@@ -254,7 +265,7 @@ def test_what_springs_do_is_distinguished_from_scatter(tmp_path: Path) -> None:
 
 
 def test_what_retirement_changes_is_distinguished_from_scatter(tmp_path: Path) -> None:
-    """Means of three and of two runs: Student's 4.303 · √(1/3 + 1/2) of the seeds' spread; a case of one seed has none."""
+    """Means of three and of two runs: Student's 3.182 · √(1/3 + 1/2) of their common spread; two single runs have none."""
     seeds = [make(tmp_path / "a", 2, seed=k, rate=r) for k, r in ((1, 0.38), (2, 0.4), (3, 0.42))]
     halves = np.array([spread.half_through(k) for k in seeds])
     for rate, reported in ((0.4, "no"), (1.0, "yes")):
@@ -263,9 +274,14 @@ def test_what_retirement_changes_is_distinguished_from_scatter(tmp_path: Path) -
         cells = next(row for row in rows if row[0] == "2" and "half of the undersize" in row[1])
         assert cells[2] == "3, 2" and cells[7].startswith(reported)
         assert float(cells[6]) == pytest.approx(spread.half_through(retired[0]) - halves.mean(), abs=1e-4)
-        limit = 4.3027 * halves.std(ddof=1) * (1 / 3 + 1 / 2) ** 0.5
+        common = (((halves - halves.mean()) ** 2).sum() / 3) ** 0.5  # the two retired runs are equal
+        limit = 3.1824 * common * (1 / 3 + 1 / 2) ** 0.5
         assert float(cells[7].split("±")[1].strip(" |")) == pytest.approx(limit, abs=1e-4)
         assert any(row[:3] == ("8", "Y at 5 s", "1, 1") and row[-1] == "one seed" for row in rows)
         (output_text,) = retirement.lines({2: seeds}, {2: retired})
-        assert "needs 1 core-hours instead of 1 in case 2." in output_text
+        assert "The engine needs 1.00 of the processor time in the median (1.00 to 1.00, 1 cases" in output_text
+        changed = len(
+            [row for row in rows if row[0] == "2" and row[7].startswith("yes") and row[1] in retirement.OF_CURVES]
+        )
+        assert f"Of the 10 other quantities {changed} differ significantly" in output_text
     assert retirement.lines({2: seeds}, {}) == []

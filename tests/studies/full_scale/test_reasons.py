@@ -46,7 +46,8 @@ def test_each_statement_that_fails_is_named_and_an_unknown_reason_reported() -> 
 
 def test_stored_runs_that_contradict_the_paper_have_their_reasons() -> None:
     """Expect a reason from stored tables for each statement that is not confirmed."""
-    runs = stored_runs.variants(Path("docs/full_scale/data"))[""]
+    campaign, rigs = (stored_runs.variants(folder) for folder in (stored_runs.CAMPAIGN, stored_runs.RIGS))
+    runs = stored_runs.default(campaign[""], rigs[stored_runs.DEFAULT])
     failed = [s.number for s in STATEMENTS if judge(s, runs).verdict == FAILS]
     with open("docs/full_scale/reasons.csv", newline="", encoding="utf-8") as file:
         stored = {int(row["statement"]): row["reason"] for row in csv.DictReader(file)}
