@@ -18,7 +18,10 @@ from reference_impl.replay.plans import entered
 __all__ = ["FORMATION", "RUPTURE", "at_step", "bodies", "check", "end", "ledger"]
 MEAN = "mean film of a sphere"
 FASTER = 1.1, 0.2
-"""Factor, and additional speed [m/s], by which the speed at one check may exceed that at the next one or at the formation."""
+"""Factor, and additional speed [m/s], by which the speed at one check may exceed that at the next one or at the formation.
+
+An impact of one of the two spheres on a third body adds the speed of that impact, if it is larger (`impact_speeds`).
+"""
 
 
 def total(run: Run) -> float:
@@ -71,20 +74,52 @@ def late_ruptures(run: Run, static: Floats, lives: Lives) -> Floats:
     Between two neighbour checks the speed may change: by a third body, and by an impact that takes what was left of the speed at
     the formation. The limit is evaluated at a speed that exceeds the larger of both by `FASTER`.
     """
+
+    def gone(of: Floats) -> Floats:
+        """Whether the previous gap exceeds the limit at speeds that were higher by `of`."""
+        most = FASTER[0] * np.maximum(speed, at_formation) + of
+        factor = laws.pitois_factor(most, run.meta["viscosity"], run.meta["surface_tension"]) if dynamic else 1.0
+        return np.asarray(stood & (gap - way > static * factor * (1.0 + 1e-9)))
+
     events, every = run.table("events"), impulses.every(run)
     speed, gap = events["speed"].to_numpy(float), events["separation"].to_numpy(float)
     way = speed * every * float(run.meta["time_step"]) * (1.02 if every == 1 else 2.0)
-    factor = np.ones(len(gap))
-    if coverage.law(run, "dynamic_rupture"):
-        if not coverage.known(run, "dynamic_rupture"):
-            return np.zeros(len(gap), dtype=bool)
-        at_formation = np.append(lives.all.speed, 0.0)[lives.previous]
-        most = FASTER[0] * np.maximum(speed, at_formation) + FASTER[1]
-        factor = laws.pitois_factor(most, run.meta["viscosity"], run.meta["surface_tension"])
+    dynamic = coverage.law(run, "dynamic_rupture") is not None
+    if dynamic and not coverage.known(run, "dynamic_rupture"):
+        return np.zeros(len(gap), dtype=bool)
+    at_formation = np.append(lives.all.speed, 0.0)[lives.previous]
     # a bridge formed at the last check has not been checked for rupture
     formed = np.append(lives.all.step, np.iinfo(np.int64).max)[lives.previous]
     stood = (events["kind"] == RUPTURE) & (formed < events["step"] - every)
-    return np.asarray(stood & (gap - way > static * factor * (1.0 + 1e-9)))
+    more = np.full(len(gap), FASTER[1])
+    late = gone(more)
+    if dynamic and late.any():
+        rows = np.flatnonzero(late)
+        more[rows] = np.maximum(impact_speeds(lives, rows, static[rows], float(run.meta["time_step"])), FASTER[1])
+        late = gone(more)
+    return late
+
+
+def impact_speeds(lives: Lives, rows: Floats, reach: Floats, time_step: float) -> Floats:
+    """Return the speed of the last impacts of the two spheres of events on other bodies [m/s], 0 without any.
+
+    An impact is the formation of another bridge, from which on its speed has covered at most `reach` [m].
+    """
+    of, fast = lives.all, np.flatnonzero(lives.formation & (lives.all.speed > FASTER[1]))
+    fast = fast[np.argsort(of.step[fast], kind="stable")]
+    ends, found = of.ends(), np.zeros(len(rows))
+    own = rows + len(of) - len(lives.previous)  # the events are the last entries of `all`
+    earliest = of.step[own] - np.ceil(reach / (FASTER[1] * time_step))
+    spans = np.searchsorted(of.step[fast], [earliest, of.step[own]], "right").T
+    for k, (first, last) in enumerate(spans):
+        near = fast[first:last]
+        near = near[
+            (of.key[near] != of.key[own[k]])
+            & ((of.step[own[k]] - of.step[near]) * time_step * of.speed[near] <= reach[k])
+        ]
+        same = np.isin(ends[near], ends[own[k]]) & (ends[near] >= 0)
+        found[k] = of.speed[near[same.any(axis=1)]].max(initial=0.0)
+    return found
 
 
 def at_step(table: pd.DataFrame, step: int) -> pd.DataFrame:

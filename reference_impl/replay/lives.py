@@ -13,6 +13,8 @@ from reference_impl.replay.arrays import Floats, Table
 
 FORMATION, RUPTURE, RETIREMENT = 0, 1, 2
 """Kinds of events; RETIREMENT: a bridge ends because a sphere is retired."""
+WORD = (1 << 31) - 1
+"""Bits of an end in a key."""
 
 
 def keys(table: Table) -> Floats:
@@ -38,6 +40,11 @@ class ActiveBridges:
 
     def __len__(self) -> int:
         return len(self.key)
+
+    def ends(self) -> Floats:
+        """Return the spheres of each bridge, shape (n, 2), read from its key; -1 for a wall."""
+        j = np.where(self.key >> 62, -1, self.key & WORD)
+        return np.column_stack([(self.key >> 31) & WORD, j])
 
     def of(self, at: Floats) -> ActiveBridges:
         """Select some of the active bridges."""

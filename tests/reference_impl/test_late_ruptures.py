@@ -39,3 +39,34 @@ def test_a_bridge_that_lost_its_speed_in_one_step(
     run: Any = SimpleNamespace(table=lambda name: events, meta=meta)
     found = late_ruptures(run, events["rupture_distance"].to_numpy(), Lives(none(), events, 0, -1))
     assert found.tolist() == [False, late]
+
+
+@pytest.mark.parametrize(
+    ("other", "since", "late"),
+    [
+        ((15430, 72, 1), 3, False),  # from a run at full scale: the pair's second sphere hit a wall at 1.73 m/s
+        ((14273, 99, 0), 3, False),
+        ((99, 14273, 0), 3, False),
+        ((72, 15431, 0), 3, True),  # spheres of other numbers
+        ((15431, 15430, 1), 3, True),  # a part of a wall, not the sphere of that number
+        ((15430, 72, 1), 18, True),  # too long ago: 1.73 m/s has covered 0.75 mm since
+        (None, 3, True),
+    ],
+)
+def test_a_pair_of_which_one_sphere_hit_a_third_body(
+    other: tuple[int, int, int] | None, since: int, late: bool
+) -> None:
+    """At 0.39 m/s the limit is 0.771 mm; the gap a step before, 0.786 mm, is below it only from 0.65 m/s on."""
+    of_pair, at = (14273, 15430, 0), 42694
+    rows = [(42120, 0, *of_pair, 1.14e-4, 0.401256), (at, 1, *of_pair, 7.955377532950759e-4, 0.3935349622473135)]
+    if other:
+        rows.insert(1, (at - since, 0, *other, 2.1e-5, 1.730143))
+    events = pd.DataFrame(rows, columns=["step", "kind", "i", "j", "partner_kind", "separation", "speed"])
+    events["volume"], events["rupture_distance"] = 2.27e-10, 7.179811106096124e-4
+    meta = {
+        "time_step": 2.42e-5, "bridges_every": 1, "viscosity": 1e-3, "surface_tension": 0.07275,
+        "effects": {"dynamic_rupture": "pitois"},
+    }  # fmt: skip
+    run: Any = SimpleNamespace(table=lambda name: events, meta=meta)
+    found = late_ruptures(run, events["rupture_distance"].to_numpy(), Lives(none(), events, 0, -1))
+    assert found.tolist() == [False] * (len(rows) - 1) + [late]
