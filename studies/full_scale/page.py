@@ -21,7 +21,7 @@ from studies.full_scale.campaign import SETTINGS
 from studies.full_scale.judging import FAILS, OPEN, Answer, Statement, judge, neighbours
 from studies.full_scale.spread import Runs
 from studies.full_scale.statements import STATEMENTS
-from studies.full_scale.stored_runs import DEFAULT, DRY_CASES, SEEDS, StoredRun
+from studies.full_scale.stored_runs import ALL, DEFAULT, SEEDS, StoredRun
 
 Answers = Sequence[tuple[Statement, Answer]]
 FOLDER = Path("docs/full_scale")
@@ -73,8 +73,8 @@ def _seeds(runs: Runs) -> list[str]:
     if not single:
         return []
     return [
-        f"- Cases {', '.join(single)} were run with one seed. Such a case is judged by the scatter of",
-        "  the most similar case with several seeds, which underestimates the scatter with apertures of 5.6 mm late in the run.",
+        f"- {'Case' if len(single) == 1 else 'Cases'} {', '.join(single)} with one seed only, judged by the scatter of the",
+        "  most similar case with several seeds, which underestimates the scatter with apertures of 5.6 mm late in the run.",
     ]
 
 
@@ -93,9 +93,9 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
     variants, rigs = stored_runs.variants(data), stored_runs.variants(data.parent / stored_runs.RIGS.name)
     campaign = variants.pop("", {})
     runs = stored_runs.default(campaign, rigs.get(DEFAULT, {}))
-    # moist cases: by runs of the campaign's version, since which a sphere at a convex edge of a wall has one bridge
-    dry = {case: of for case, of in rigs.get(DEFAULT, {}).items() if case in DRY_CASES}
-    retired = dry | variants.get("retire", {})
+    old, stays = variants.get("retire", {}), rigs.get(ALL, {})
+    # each case by runs of one version
+    both = {n: campaign[n] for n in old if n in campaign} | stays, {**old, **{n: runs[n] for n in stays}}
     answers = [(s, judge(s, runs)) for s in STATEMENTS]
     failed, open_ = ([s.number for s, answer in answers if answer.verdict == of] for of in (FAILS, OPEN))
     known = {n: reasons.reason(n, runs) for n in sorted([*failed, *open_]) if n in reasons.REASONS or n in failed}
@@ -105,13 +105,17 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         for of, (cases, name), stiff in ((campaign, STIFF, variants), (runs, STIFF_RETIRED, rigs))
         for row in spread.rows(of, stiff.get(name, {}), [n for n in cases if n in stiff.get(name, {})])
     ]
-    every = {"": campaign, **variants, **{name: rigs[name] for name in (DEFAULT, STIFF_RETIRED[1]) if name in rigs}}
+    every = {
+        "": campaign,
+        **variants,
+        **{name: rigs[name] for name in (DEFAULT, ALL, STIFF_RETIRED[1]) if name in rigs},
+    }
     shed = [row for effect in SWITCHED for row in _switched(campaign, variants, effect)]
     for name, columns, rows in (
         ("runs", run_table.RUN_COLUMNS, run_table.run_rows(config, every)),
         ("statements", run_table.STATEMENT_COLUMNS, run_table.statement_rows(answers)),
         ("seeds", spread.COLUMNS, seeds),
-        ("retirement", retirement.COLUMNS, retirement.rows(campaign, retired)),
+        ("retirement", retirement.COLUMNS, retirement.rows(*both)),
         ("switched", ("effect", *spread.COLUMNS), shed),
     ):
         run_table.write(data.parent / f"{name}.csv", columns, rows)
@@ -129,7 +133,7 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         *_runs(config, runs, every),
         *_cost(runs),
         *spread.lines(seeds),
-        *retirement.lines(campaign, retired),
+        *retirement.lines(*both),
         BEYOND.format(full=_full_beyond(campaign, variants)),
     ]
     if runs:
@@ -144,7 +148,11 @@ def _which(runs: Runs, retired: Runs) -> str:
     few = [str(n) for n in sorted(runs) if n not in whole]
     if not whole:
         return ""
-    rest = f"; cases {', '.join(few)} with the runs in which all spheres stay" if few else ""
+    rest = (
+        f"; {'case' if len(few) == 1 else 'cases'} {', '.join(few)} with the runs in which all spheres stay"
+        if few
+        else ""
+    )
     return f"Statements are judged with at least {len(SEEDS)} seeds of each case, passed spheres retired{rest}."
 
 

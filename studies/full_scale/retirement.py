@@ -95,5 +95,5 @@ def _saving(stored: Runs, retired: Runs) -> str:
         return ""
     return (
         f"The engine needs {np.median(ratios):.2f} of the processor time in the median ({min(ratios):.2f} to {max(ratios):.2f}, "
-        f"{len(ratios)} cases, other versions of the engine's plugin and a loaded machine)."
+        f"{len(ratios)} cases on a loaded machine)."
     )

@@ -32,6 +32,8 @@ CAMPAIGN, RIGS = Path("docs/full_scale/data"), Path("docs/full_scale/rigs")
 """Folders of runs with all spheres, and of runs whose passed spheres are retired, both on 200 mm and with other readings."""
 DEFAULT, SEEDS = "sieve200", {10007, 10009, 10012}
 """Name of the default settings among RIGS, and the seeds with which each of their cases is run."""
+ALL = f"{DEFAULT}_all"
+"""Name of the default settings without retirement: all spheres stay."""
 DRY_CASES = (1, 4, 10, 13, 7, 16)
 UNDERSIZE, COARSE = CLASS_NAMES[:2], CLASS_NAMES[2]
 WALLS = ("wires", "side_wall", "feed_bin", "outlet", "impact_plate")
