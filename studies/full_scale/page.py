@@ -82,8 +82,8 @@ def honest(runs: Runs) -> str:
     """Write the limits of the page."""
     lines = "\n".join(["## Limits", "", *_seeds(runs)])
     return f"""{lines}
-- The contact stiffness is below the paper's, and the paper does not give all dimensions of the apparatus
-  ([sieve diameter](rig.md)). A statement that is not confirmed shows first that this simulation differs from the paper's.
+- The paper does not give all dimensions of the apparatus ([sieve diameter](rig.md)).
+  A statement that is not confirmed shows first that this simulation differs from the paper's.
 """
 
 
@@ -182,9 +182,8 @@ def _cost(runs: Runs) -> list[str]:
     if not ratios:
         return []
     return [
-        f"- **Cost**: A moist case takes {np.median(ratios):.2f} times the processor time of the same case without liquid in "
-        "the median, "
-        f"with a range of {min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} pairs with the same seed, on a loaded machine)."
+        f"- **Cost**: A moist case takes {np.median(ratios):.2f} times the processor time of the dry case in the median, "
+        f"{min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} pairs with the same seed, loaded machine)."
     ]
 
 
@@ -193,7 +192,7 @@ def _statements(answers: Answers) -> list[str]:
     return [
         "A statement of the paper is translated into a range of a quantity. It is confirmed if the 95 % interval of the mean",
         "over seeds is within the range, and inconclusive if a limit of the range is within the interval. The ranges were fixed",
-        "after these 18 cases had been evaluated and before any other run was judged.",
+        "before these runs, after one run of each case had been evaluated.",
         *([f"Statements {open_} are inconclusive."] if open_ else []),
         "The table [statements.csv](full_scale/statements.csv) gives text, range, values and verdict of each statement. Y is "
         "the fraction retained.",

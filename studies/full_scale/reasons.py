@@ -64,11 +64,9 @@ def _side_wall(runs: Runs, folder: Path) -> str:
     ratios = ", ".join(f"{r.walls_over_coarse:.2f}" for r in table.itertuples())
     heights = ", ".join(f"{r.side_wall_height_mm:.0f}" for r in table.itertuples())
     return (
-        "on the sieve at smoke scale, whose side wall is four times as large in relation to its area, the ratio of the liquid "
-        "on the "
-        f"apparatus to that on the coarse material is {ratios} after {table.time_since_opening_s.iloc[0]:.1f} s with side walls "
-        f"{heights} mm high. If each wall has one common film, this ratio is 0.79 at full scale and the statement is confirmed "
-        "([sieve diameter](rig.md))."
+        "at smoke scale, where the side wall is four times as large in relation to the sieve's area, the ratio is "
+        f"{ratios} after {table.time_since_opening_s.iloc[0]:.1f} s with side walls {heights} mm high. With one film for "
+        "each wall it is 0.79 at full scale and the statement is confirmed ([sieve diameter](rig.md))."
     )
 
 

@@ -28,6 +28,8 @@ OF_LIQUID: dict[str, Callable[[StoredRun], float]] = {
     "liquid of fines and bin together at the end": lambda k: float(k.liquid("fines", "collecting_bin")[-1]),
     **DIVIDED,
 }
+MEAN_Y = next(iter(DRY))
+"""Name of the quantity that stands for the passage as a whole."""
 ONE_SEED = "one seed"
 """Verdict where both have one seed, so that no scatter is known."""
 COLUMNS = ("case", "quantity", "seeds", "all_spheres", "standard_deviation", "retired", "difference", "significant")
@@ -52,9 +54,15 @@ def lines(stored: Runs, retired: Runs) -> list[str]:
     return [
         f"- **[Retired spheres](engine.md#retired-spheres)** (cases {', '.join(map(str, cases))} with and without): retirement "
         f"divides the liquid differently between fines and bin, by up to {most:.3f} of all liquid. Of the "
-        f"{others} other quantities {len(moved) - len(divided)} differ significantly (5 % level, so {others / 20:.0f} by chance; "
-        f"[retirement.csv](full_scale/retirement.csv)). {_saving(stored, retired)}",
+        f"{others} other quantities {len(moved) - len(divided)} differ significantly ({others / 20:.0f} by chance; "
+        f"[retirement.csv](full_scale/retirement.csv)){_later(moved)}. {_saving(stored, retired)}",
     ]
+
+
+def _later(moved: Sequence[tuple[str, ...]]) -> str:
+    """Name the cases whose passage as a whole changes significantly, with the change of their mean Y."""
+    changes = [f"case {row[0]}: {row[6]} {row[7].partition(', ')[2]}" for row in moved if row[1] == MEAN_Y]
+    return f"; {MEAN_Y}, changes in {', '.join(changes)}" if changes else ""
 
 
 def _compared(case: int, stored: Sequence[StoredRun], retired: Sequence[StoredRun]) -> list[tuple[str, ...]]:
