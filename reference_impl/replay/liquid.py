@@ -108,16 +108,16 @@ def impact_speeds(lives: Lives, rows: Floats, reach: Floats, time_step: float) -
     of, fast = lives.all, np.flatnonzero(lives.formation & (lives.all.speed > FASTER[1]))
     fast = fast[np.argsort(of.step[fast], kind="stable")]
     ends, found = of.ends(), np.zeros(len(rows))
-    own = rows + len(of) - len(lives.previous)  # the events are the last entries of `all`
-    earliest = of.step[own] - np.ceil(reach / (FASTER[1] * time_step))
-    spans = np.searchsorted(of.step[fast], [earliest, of.step[own]], "right").T
+    here = rows + len(of) - len(lives.previous)  # the events are the last entries of `all`
+    earliest = of.step[here] - np.ceil(reach / (FASTER[1] * time_step))
+    spans = np.searchsorted(of.step[fast], [earliest, of.step[here]], "right").T
     for k, (first, last) in enumerate(spans):
         near = fast[first:last]
         near = near[
-            (of.key[near] != of.key[own[k]])
-            & ((of.step[own[k]] - of.step[near]) * time_step * of.speed[near] <= reach[k])
+            (of.key[near] != of.key[here[k]])
+            & ((of.step[here[k]] - of.step[near]) * time_step * of.speed[near] <= reach[k])
         ]
-        same = np.isin(ends[near], ends[own[k]]) & (ends[near] >= 0)
+        same = np.isin(ends[near], ends[here[k]]) & (ends[near] >= 0)
         found[k] = of.speed[near[same.any(axis=1)]].max(initial=0.0)
     return found
 

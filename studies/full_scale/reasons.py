@@ -155,7 +155,7 @@ def _within_scatter(cases: Sequence[int], end: float, seeded: int) -> Callable[[
 
 def _spreads(runs: Runs, groups: Sequence[Sequence[int]], *spans: tuple[float, float]) -> list[float]:
     """Return the largest minus the smallest mean Y of each group of cases in each time interval."""
-    means = [[[mean(runs[n], lambda k, span=span: k.y(*span)) for n in cases] for cases in groups] for span in spans]
+    means = [[[mean(runs[n], lambda k, span=span: k.y(*span)) for n in cases] for cases in groups] for span in spans]  # type: ignore[misc]
     return [max(each) - min(each) for of in means for each in of]
 
 
@@ -185,7 +185,7 @@ def _nothing_left(runs: Runs, folder: Path) -> str:
 def _still_changing(runs: Runs, folder: Path) -> str:
     since = mean(runs[11], lambda run: through({11: run}, 11, MAJORITY))
     moved = {
-        h: 100.0 * mean(runs[11], lambda run, h=h: run.at(run.liquid(h), 20.0) - run.at(run.liquid(h), since))
+        h: 100.0 * mean(runs[11], lambda run, h=h: run.at(run.liquid(h), 20.0) - run.at(run.liquid(h), since))  # type: ignore[misc]
         for h in ("coarse_material", "fines")
     }
     return (
@@ -199,7 +199,7 @@ def _too_little_left(runs: Runs, folder: Path) -> str:
     lines_of = []
     for number in (8, 17):
         held = [
-            100.0 * mean(runs[number], lambda run, h=h: run.at(run.liquid(h), 20.0))
+            100.0 * mean(runs[number], lambda run, h=h: run.at(run.liquid(h), 20.0))  # type: ignore[misc]
             for h in ("coarse_material", "fines")
         ]
         lines_of.append(f"case {number}: {held[0]:.1f} % on the coarse material, {held[1]:.1f} % on the fines")

@@ -29,7 +29,7 @@ OF_LIQUID: dict[str, Callable[[StoredRun], float]] = {
     **DIVIDED,
 }
 MEAN_Y = next(iter(DRY))
-"""Name of the quantity that stands for the passage as a whole."""
+"""Name of the quantity by which a change of the whole passage is shown."""
 ONE_SEED = "one seed"
 """Verdict where both have one seed, so that no scatter is known."""
 COLUMNS = ("case", "quantity", "seeds", "all_spheres", "standard_deviation", "retired", "difference", "significant")
