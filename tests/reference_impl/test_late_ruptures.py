@@ -12,6 +12,17 @@ from reference_impl.replay.liquid import late_ruptures
 from reference_impl.replay.lives import Lives, none
 
 
+def judged(events: pd.DataFrame, time_step: float) -> list[bool]:
+    """Whether each event is a late rupture, in water at every step."""
+    meta = {
+        "time_step": time_step, "bridges_every": 1, "viscosity": 1e-3, "surface_tension": 0.07275,
+        "effects": {"dynamic_rupture": "pitois"},
+    }  # fmt: skip
+    run: Any = SimpleNamespace(table=lambda name: events, meta=meta)
+    late = late_ruptures(run, events["rupture_distance"].to_numpy(), Lives(none(), events, 0, -1))
+    return list(late.tolist())
+
+
 @pytest.mark.parametrize(
     ("at_formation", "at_rupture", "gap", "late"),
     [
@@ -32,13 +43,7 @@ def test_a_bridge_that_lost_its_speed_in_one_step(
             "volume": 1.0126e-10, "rupture_distance": static, "separation": [3.1e-5, gap], "speed": [at_formation, at_rupture],
         }
     )  # fmt: skip
-    meta = {
-        "time_step": 1.77e-5, "bridges_every": 1, "viscosity": 1e-3, "surface_tension": 0.07275,
-        "effects": {"dynamic_rupture": "pitois"},
-    }  # fmt: skip
-    run: Any = SimpleNamespace(table=lambda name: events, meta=meta)
-    found = late_ruptures(run, events["rupture_distance"].to_numpy(), Lives(none(), events, 0, -1))
-    assert found.tolist() == [False, late]
+    assert judged(events, 1.77e-5) == [False, late]
 
 
 @pytest.mark.parametrize(
@@ -63,10 +68,4 @@ def test_a_pair_of_which_one_sphere_hit_a_third_body(
         rows.insert(1, (at - since, 0, *other, 2.1e-5, 1.730143))
     events = pd.DataFrame(rows, columns=["step", "kind", "i", "j", "partner_kind", "separation", "speed"])
     events["volume"], events["rupture_distance"] = 2.27e-10, 7.179811106096124e-4
-    meta = {
-        "time_step": 2.42e-5, "bridges_every": 1, "viscosity": 1e-3, "surface_tension": 0.07275,
-        "effects": {"dynamic_rupture": "pitois"},
-    }  # fmt: skip
-    run: Any = SimpleNamespace(table=lambda name: events, meta=meta)
-    found = late_ruptures(run, events["rupture_distance"].to_numpy(), Lives(none(), events, 0, -1))
-    assert found.tolist() == [False] * (len(rows) - 1) + [late]
+    assert judged(events, 2.42e-5) == [False] * (len(rows) - 1) + [late]
