@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import asdict
 from functools import lru_cache
@@ -231,12 +232,12 @@ def _stored(run: RunDir, deck: int) -> tuple[dict[str, Any] | None, tuple[pd.Dat
     if not numbers or not (given := numbers.get("options")):
         return numbers, None
     options = " ".join(f"--{name} {value:g}" for name, value in given.items())
-    return _again(run.path, deck, options, (run.path / name).stat().st_mtime_ns)
+    return _again(run.path, deck, options, json.dumps(numbers))
 
 
 @lru_cache(maxsize=16)
 def _again(
-    run_dir: Path, deck: int, options: str, of_ns: int
+    run_dir: Path, deck: int, options: str, found_with_them: str
 ) -> tuple[dict[str, Any], tuple[pd.DataFrame, pd.DataFrame]]:
     """Evaluate a deck without options, once for each result that has them, so that one notice says so."""
     notice.warning("%s was last evaluated with %s: evaluated here without, as other runs", run_dir, options)
