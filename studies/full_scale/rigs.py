@@ -21,7 +21,7 @@ from pywet.errors import PywetError, border
 from pywet.report.pictures import COLOURS, STYLE, plt
 from pywet.runs.summary import commit
 from pywet.util.files import atomic_write
-from studies.full_scale import run_table, stored_runs
+from studies.full_scale import rig_sentences, run_table, stored_runs
 from studies.full_scale.campaign import SETTINGS, Campaign, prepare, write_again
 from studies.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, decide, each, judge, refuted
 from studies.full_scale.statements import STATEMENTS
@@ -33,8 +33,8 @@ Table = tuple[list[str], list[list[object]]]
 SIGNS = {HOLDS: "✓", FAILS: "✗", OPEN: "?", MISSING: "–"}
 """Verdict -> its sign on the page."""
 PAGE = Path("docs/rig.md")
-ANY, NONE = "{any reading}", "{none}"
-"""Where the page says which statements its runs confirm, and what refutes the others."""
+ANY, OTHER_RIGS, NONE = "{any reading}", "{other rigs}", "{none}"
+"""Where the page says which statements its runs confirm, what other rigs change, and what refutes the other statements."""
 TIMES_S, WEDGED_S = (5.0, 10.0, 20.0), (7.0,)
 """Times after the opening of the slide [s]."""
 HEAD = """# The unknown diameter of the sieve, and other readings
@@ -45,26 +45,9 @@ several [ways](readings.md). **No choice confirms all statements.** Presets: `si
 
 {any reading}
 
-On a smaller sieve the bed is deeper and spheres pass more slowly. On a sieve of **200 mm** all undersize of
-case 1 has passed after 6.5 s, on **190 mm** after 7.3 s, on **185 mm** after 9.1 s, on **180 mm** after 10.4 s; the paper states
-about 15 s. No diameter confirms both [statements](full_scale.md#statements) 1 (this time) and 2 (after 5 s passage is slower
-with an amplitude of 0.8 mm than with 1 mm): 180 mm confirms statement 1, and 182.5 to 190 mm confirm statement 2. The paper's
-contact stiffness (`stiff`) changes neither verdict on 185 mm.
+{other rigs}
 
-**185 mm**, all 18 cases: of the 37 statements 23 are confirmed; on 200 mm 21 are, and 5 are
-inconclusive (with the first seed alone, as on 185 mm, 24 are confirmed). With apertures of 5.6 mm (cases
-7 and 16) 25 % of the undersize of dry POM and 35 % of that of dry glass are still on the sieve of 185 mm after 20 s, and 0
-and 21 % on that of 200 mm.
-
-**Equation (14) as printed** (`printed`) slows the passage of moist POM (in case 2 less than 1 % of the undersize is left
-after 10.5 s instead of 8.2 s) and confirms fewer statements on 185 mm: statement 30 is then confirmed, but 11 and 34 are not.
-
-**Films of whole walls** (`wall`): all triangles of a wall share one film, and the transfer ratio is that at a tenth of the
-rupture distance. In case 2 the liquid on the apparatus then rises from 0.39 to 0.79 of that on the coarse material on 200 mm,
-and from 0.37 to 0.69 on 185 mm.
-Statement 26 is confirmed on 200 mm; statement 30 (ratio 0.994) is not.
-
-Seeds: three on 200 mm (six in cases 1 to 3, also of `part`), else one.
+Where a rig has one seed of a case that run decides; seeds: [rig_undersize.csv](full_scale/rig_undersize.csv).
 Settings: [full-scale runs](full_scale.md#method), passed spheres retired.
 
 ## Statements that no run confirms
@@ -189,7 +172,14 @@ def text(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> str:
     """Return the page: effect of the rigs on passage and on the statements that their runs decide."""
     runs = whole(rigs)
     answer, none = any_reading(runs)
-    head = HEAD.replace(ANY, answer).replace(NONE, "\n".join(impossible(runs, none)))
+    others = [
+        rig_sentences.of_diameters(runs),
+        rig_sentences.of_presets(runs, PRESETS),
+        rig_sentences.of_printed_force(runs, PRESETS[1]),
+        rig_sentences.of_walls(runs, PRESETS),
+    ]
+    head = HEAD.replace(ANY, answer).replace(OTHER_RIGS, "\n\n".join(others))
+    head = head.replace(NONE, "\n".join(impossible(runs, none)))
     return head + BETWEEN + "\n".join(verdicts(runs)) + "\n"
 
 
