@@ -113,8 +113,8 @@ def judge(statement: Statement, runs: Mapping[int, Sequence[StoredRun]]) -> Answ
     if not worlds:  # not recorded in any run
         return Answer(MISSING)
     if len(worlds) > 1:
-        spreads = [np.std([part.quantity(w) for w in worlds], ddof=1) for part in statement.parts]
-        halves = [half_width(float(s), len(worlds), len(worlds) - 1, 0.95) for s in spreads]
+        spreads = [scatter([part.quantity(w) for w in worlds]) for part in statement.parts]
+        halves = [half_width(s, len(worlds), len(worlds) - 1, 0.95) for s in spreads]
         return _decided(statement, worlds, halves)
     return _decided(statement, worlds, _of_neighbours(statement, worlds[0], runs))
 
@@ -143,13 +143,20 @@ def refuted(
     scatter in `seeds`, runs with more seeds.
     """
     for k, part in enumerate(statement.parts):
-        values, scatter = each(part, runs), each(part, seeds)
-        if not values or len(scatter) < 2:
+        values, others = each(part, runs), each(part, seeds)
+        if not values or len(others) < 2:
             continue
-        half = half_width(float(np.std(scatter, ddof=1)), len(values), len(scatter) - 1, 0.95)
+        half = half_width(scatter(others), len(values), len(others) - 1, 0.95)
         if decide(part, float(np.mean(values)), half) == FAILS:
             return k
     return None
+
+
+def scatter(values: Sequence[float]) -> float:
+    """Return the standard deviation of values; inf if some are infinite (a time not reached), 0 if all of them are."""
+    if np.isfinite(values).all():
+        return float(np.std(values, ddof=1))
+    return 0.0 if len(set(values)) == 1 else math.inf
 
 
 def _of_neighbours(statement: Statement, world: Cases, runs: Mapping[int, Sequence[StoredRun]]) -> list[float]:
@@ -161,7 +168,7 @@ def _of_neighbours(statement: Statement, world: Cases, runs: Mapping[int, Sequen
     halves = []
     for part in statement.parts:
         each = [[part.quantity({**world, case: one}) for one in ones] for case, ones in moved.items() if ones]
-        halves.append(half_width(float(np.sqrt(sum(np.var(v, ddof=1) for v in each))), 1, freedom, 0.95))
+        halves.append(half_width(float(np.sqrt(sum(scatter(v) ** 2 for v in each))), 1, freedom, 0.95))
     return halves
 
 
@@ -177,6 +184,8 @@ def _decided(statement: Statement, worlds: Sequence[Cases], uncertainty: Sequenc
 
 def decide(part: Part, value: float, half: float) -> str:
     """Judge one part by its mean over seeds and half its interval."""
+    if math.isinf(half):
+        return OPEN
     if part.low < value - half and value + half < part.high:
         return HOLDS
     return OPEN if part.low < value + half and value - half < part.high else FAILS

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from pywet import config as settings
 from pywet.cases.screening import cases
 from pywet.errors import PywetError
 from studies.full_scale import rig_sentences, rigs
-from studies.full_scale.judging import Part, Statement, above, decide, each, fingerprint, judge, refuted
+from studies.full_scale.judging import Part, Statement, above, below, decide, each, fingerprint, judge, refuted
 from studies.full_scale.quantities import through
 from studies.full_scale.statements import STATEMENTS
 from studies.full_scale.stored_runs import mean, variants
@@ -72,6 +73,18 @@ def test_a_statement_is_refuted_by_one_part_outside_its_range() -> None:
     assert refuted(statement, {2: [Number(0, 1.7)]}, seeds) is None  # type: ignore[list-item]
     assert refuted(statement, {2: [Number(k, 1.7) for k in range(4)]}, seeds) == 1  # type: ignore[misc]
     assert refuted(statement, {1: [Number(0, -1.0)]}, seeds) is None  # type: ignore[list-item]  # no scatter is known
+
+
+def test_a_time_that_some_seeds_never_reach_decides_nothing() -> None:
+    """Times of 1, 2 and inf leave `< 5` inconclusive; three infinite ones refute it, three of 1, 2 and 3 confirm `< 8`."""
+    for values, limit, verdict in (
+        ((1.0, 2.0, math.inf), 5.0, "inconclusive"),
+        ((math.inf,) * 3, 5.0, "not confirmed"),
+        ((1.0, 2.0, 3.0), 8.0, "confirmed"),
+    ):
+        runs: Any = {1: [Number(k, value) for k, value in enumerate(values)]}
+        statement = Statement(0, "", "", (1,), (below("time", limit, lambda c: c[1].value),))  # type: ignore[attr-defined]
+        assert judge(statement, runs).verdict == verdict
 
 
 def test_stored_runs_were_judged_by_the_ranges_of_today() -> None:
