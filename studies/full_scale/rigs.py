@@ -47,8 +47,8 @@ several [ways](readings.md). **No choice confirms all statements.** Presets: `si
 
 {other rigs}
 
-Where a rig has one seed of a case that run decides; seeds: [rig_undersize.csv](full_scale/rig_undersize.csv).
-Settings: [full-scale runs](full_scale.md#method), passed spheres retired.
+Seeds: [rig_undersize.csv](full_scale/rig_undersize.csv). Settings: [full-scale runs](full_scale.md#method), passed
+spheres retired.
 
 ## Statements that no run confirms
 
@@ -61,7 +61,6 @@ seeds scatters (95 %; scatter of 200 mm).
 
 ![Undersize left on the screen over time, cases 1 and 4, for sieves of 150 to 200 mm](full_scale/rig.svg)
 
-All variants: [rig_undersize.csv](full_scale/rig_undersize.csv).
 """
 BETWEEN = """
 ## Statements

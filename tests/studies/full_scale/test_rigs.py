@@ -147,7 +147,9 @@ def test_what_the_page_says_of_its_presets_and_of_statements_that_no_run_confirm
             in sentences
         )
         left = [100.0 * mean(runs[name][case], lambda run: run.at(run.undersize, 20.0)) for case in (7, 16)]
-        assert "{:.0f} % of the undersize of dry POM and {:.0f} % of that of dry glass".format(*left) in sentences
+        assert (
+            "{:.0f} % of the undersize of dry POM and {:.0f} % of that of dry glass are left".format(*left) in sentences
+        )
     first = {case: min(run.about["seed"] for run in found) for case, found in runs["sieve200"].items()}
     assert first == dict.fromkeys(range(1, 19), 10007)  # of a case without all seeds here the full-scale page's
     _, none = rigs.any_reading(runs)
