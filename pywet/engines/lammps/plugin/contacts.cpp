@@ -3,6 +3,6 @@
 
 namespace pywet {
 
-bool Engine::contacts_in_batches(bool) { return false; }
+bool Engine::contacts_in_batches() { return false; }
 
 }  // namespace pywet

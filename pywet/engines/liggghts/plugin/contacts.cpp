@@ -53,8 +53,6 @@ bool is(Style &style, const char *rolling) {
 // Everything but the forces of an ordinary step is done by the engine's own style.
 class Batches : public Style {
  public:
-  bool forgets = false;
-
   Batches(LAMMPS_NS::LAMMPS *lmp, Style *stock) : lmp_(lmp), stock_(stock) {
     types_ = lmp->atom->ntypes;
     materials_.resize(types_ * types_);
@@ -95,7 +93,7 @@ class Batches : public Style {
           if (touches_[k]) {
             touched[c] |= TOUCHED;
             add_contact(i, partner[c] & NEIGHMASK, springs + numbers * c);
-          } else if (forgets && touched[c]) {
+          } else if (touched[c]) {
             touched[c] = 0;
             std::fill_n(springs + numbers * c, numbers, 0.0);
           }
@@ -173,13 +171,12 @@ int cohesion(LAMMPS_NS::LAMMPS *lmp) {
   return !pair ? -1 : !style_of(*pair)->contact_match("cohesion", "off");
 }
 
-bool batch_contacts(LAMMPS_NS::LAMMPS *lmp, bool forgets) {
+bool batch_contacts(LAMMPS_NS::LAMMPS *lmp) {
   LAMMPS_NS::PairGranProxy *pair = dynamic_cast<LAMMPS_NS::PairGranProxy *>(lmp->force->pair);
   if (!pair || lmp->force->newton_pair) return false;
   Style *&style = style_of(*pair);
   if (!is(*style, "cdt") && !is(*style, "off")) return false;
   Batches *batches = new Batches(lmp, style);
-  batches->forgets = forgets;
   style = batches;                      // the engine deletes it with its pair style
   return true;
 }

@@ -275,10 +275,9 @@ void Engine::shorten_lists() {
   }
 }
 
-bool Engine::contacts_in_batches(bool forgets) {
-  const bool batched = batch_contacts(lmp_, forgets);
-  batches_forget_ = batched && forgets;
-  return batched;
+bool Engine::contacts_in_batches() {
+  batches_forget_ = batch_contacts(lmp_);
+  return batches_forget_;
 }
 
 // The engine deletes only the springs of pairs within its contact distance, each at nearly the cost of a contact.

@@ -88,7 +88,7 @@ class Engine {
   std::vector<std::pair<int, int> > neighbours() const;
   void shorten_lists();                                 // removes pairs that cannot touch before the next rebuild
   void move_meshes_together() const;                    // a mesh that vibrates along several axes is moved once in a step
-  bool contacts_in_batches(bool forgets);               // returns false if this engine or its contact model has none
+  bool contacts_in_batches();                           // returns false if this engine or its contact model has none
   void forget_springs() const;                          // deletes the springs of listed pairs that no longer touch, if the batches do not
   void check_box(const Spheres &spheres, const Communicator &ranks, int64_t step) const;
 
