@@ -110,11 +110,6 @@ def notes(more: dict[str, Any]) -> list[str]:
     found = [between["note"]] if between else []
     if law is None:
         return found
-    if law.get("springs_left_over"):
-        found.append(
-            f"newton: {law['springs_left_over']} new sphere contacts began with a spring that the engine had stored from an "
-            "earlier contact of the same spheres; taken as logged"
-        )
     if law.get("skipped_beside_another"):
         found.append(
             f"newton: {law['skipped_beside_another']} wall contacts that the engine skipped next to another in the same plane"

@@ -143,9 +143,8 @@ def _springs(
     """Return the springs from which each contact starts its step, and rows in which that is the present spring itself.
 
     In the first step of a window the present springs are taken as logged. A new contact starts from zero; on a
-    flat wall from the spring of the neighbouring triangle. Two cases are taken from the engine's log and counted:
-    a contact skipped because the neighbouring triangle has one, and a spring that remains from an earlier contact
-    of the same two spheres.
+    flat wall from the spring of the neighbouring triangle. One case is taken from the engine's log and counted:
+    a contact skipped because the neighbouring triangle has one.
     """
     if not setup.memory:
         return t, np.zeros((len(t), 3)), np.ones(len(t), dtype=bool)
@@ -162,14 +161,6 @@ def _springs(
     if plane is not None:
         for at in np.flatnonzero(fresh & t.face):
             before[at] = _beside(setup, log, plane, step[at] - 1, t.a[at], t.b[at])[0]
-    elif not setup.moist and fresh.any():
-        trial = dry.contacts(setup, window, t, before, given)
-        off = arrays.size(trial.spring - now) > 1e-9 * (
-            arrays.size(trial.spring) + arrays.size(trial.slip) * setup.step
-        )
-        left = fresh & there & off
-        counts["springs_left_over"] += int(left.sum())
-        given = given | left
     return t, np.where(given[:, None], now, before), given
 
 

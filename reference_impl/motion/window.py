@@ -128,11 +128,6 @@ class Setup:
         """Return whether friction is a recorded spring with tangential history; otherwise it is a drag."""
         return not self.foreign and bool(self.scene["effects"].get("tangential_history", True))
 
-    @property
-    def moist(self) -> bool:
-        """Return whether bridges are simulated."""
-        return bool(self.scene["effects"]["bridges"])
-
 
 @dataclass(frozen=True)
 class Window:

@@ -110,5 +110,5 @@ def moist_bed(folder: Path, effects: object = small.PAPER, **more: object) -> Pa
 def closed(folder: Path) -> tuple[dict[str, Quantity], list[newton.Forces]]:
     """All quantities of Newton's law, and the forces they came from."""
     setup = window.read(folder)
-    found = newton.forces(setup, io.read(folder) if setup.moist else None)
+    found = newton.forces(setup, io.read(folder) if setup.scene["effects"]["bridges"] else None)
     return {q.name: q for q in newton.check(setup, found)}, found

@@ -35,7 +35,10 @@ The skin is this factor times the square root of their displacement per step tim
 docs/engine.md.
 """
 FASTEST = 5.0
-"""Largest speed [m/s] at which a stretched bridge is within the ghost cut-off; beyond it the run stops with a message."""
+"""Largest speed [m/s] at which a stretched bridge is within the ghost cut-off; beyond it the run stops with a message.
+
+Also the largest at which the engine without the plugin deletes the spring of a pair that separates.
+"""
 UNIT_VECTORS = ("1 0 0", "0 1 0", "0 0 1")
 IDS_A_LINE = 100
 """Number of sphere ids in one line of the engine's script."""
@@ -52,6 +55,18 @@ def film_factor(scene: EngineScene) -> float:
 def listed(scene: EngineScene) -> float:
     """Return the distance beyond touch [m] that the neighbour list covers: the skin and the distance at which films can touch."""
     return skin(scene) + 2.0 * max(c.radius_m for c in scene.classes) * (film_factor(scene) - 1.0)
+
+
+def contact_distance_factor(scene: EngineScene) -> float:
+    """Return the sum of radii, relative, within which the engine deletes the tangential springs of separated pairs.
+
+    It keeps those of pairs farther apart as long as they are in its neighbour list; a pair that separates at `FASTEST` is
+    within it for a step. With the plugin, which deletes them itself, it is 1: the engine needs nearly as long for each such pair
+    as for a contact.
+    """
+    if contact_model.attached(scene) or not scene.effects.tangential_history:
+        return 1.0
+    return 1.0 + FASTEST * scene.time_step_s / min(c.radius_m for c in scene.classes)
 
 
 def longest_bridge(scene: EngineScene) -> float:
@@ -231,6 +246,7 @@ def write_deck(
         "skin": repr(skin(scene)),
         "bin": repr(2.0 * max(c.radius_m for c in scene.classes) * film_factor(scene) + skin(scene)),
         "listed": repr(listed(scene)),
+        "contact_distance_factor": repr(contact_distance_factor(scene)),
         "thickest_film": repr(film_factor(scene) - 1.0),
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),
         "gravity": {"magnitude": repr(size), **direction} if size else None,
