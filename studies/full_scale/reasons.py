@@ -296,7 +296,7 @@ def grouped(known: Mapping[int, str], says: Mapping[int, str] | None = None) -> 
         *lines,
         "\nDeeper beds and larger surface tensions were simulated at smoke scale with one seed (means from 0.5 to 3 s after "
         "the opening).",
-        "The table [reasons.csv](full_scale/reasons.csv) gives the reason for each statement.",
+        "Reasons: [reasons.csv](full_scale/reasons.csv).",
     ]
 
 
