@@ -345,8 +345,8 @@ def test_springs_begin_anew(tmp_path: Path, way: str, spin: float) -> None:
     assert quantities["contact_spring"].ok
 
 
-def test_a_spring_that_is_kept_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The engine alone keeps the spring of a separated pair that it still lists, and the next contact begins with it."""
+def test_a_retained_spring_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The engine alone retains the spring of a separated pair that it still lists, and the next contact begins with it."""
     monkeypatch.setattr(deck, "contact_distance_factor", lambda scene: 1.0)
     quantities, _, meetings = rubbing(tmp_path, 50.0, 0.0)
     assert meetings == 2

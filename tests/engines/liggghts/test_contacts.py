@@ -101,7 +101,7 @@ def test_without_an_effect(tmp_path: Path, effect: str) -> None:
 def test_a_checkpoint_of_a_dry_run_changes_nothing_but_round_off(tmp_path: Path) -> None:
     """Spheres thrown into each other above a wire: with and without checkpoints their places agree to 1e-9 of a radius.
 
-    A checkpoint empties the engine, which loses the springs that it kept of separated pairs: 7e-3 of a radius.
+    A checkpoint empties the engine, which loses the springs that it retained of separated pairs: 7e-3 of a radius.
     """
     random = np.random.default_rng(3)
     spheres = [
