@@ -20,7 +20,7 @@ void Plugin::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
   weight.begin();
   // With the engine's own contacts its own movers act too, so that both are compared with it.
   if (world.rules.batched) world.engine.move_meshes_together();
-  world.rules.batched = world.rules.batched && world.engine.contacts_in_batches();
+  world.rules.batched = world.rules.batched && deletes_springs() && world.engine.contacts_in_batches();
   logs.open(directory);
 }
 
@@ -40,7 +40,7 @@ void Plugin::act(bool fresh) {
     standing.sort();
     near.find();
   }
-  if (fresh) world.engine.shorten_lists();
+  if (fresh && deletes_springs()) world.engine.shorten_lists();
   if (world.rules.moist && (fresh || bridges_act)) near.move_on(impulses.on() ? impulses.moved(fresh) : INF);
   if (!wet() || !bridges_act) return;
   forces.act(ledger.events);
@@ -55,7 +55,7 @@ void Plugin::step(int64_t n) {
   const bool fresh = clock.first || clock.again || engine.lists_are_new(n);
   const bool feeding = n < world.feed.last;
   engine.look();
-  if (!fresh) engine.forget_springs();
+  if (!fresh && deletes_springs()) engine.forget_springs();
   if (!clock.bridges_act() && !fresh && !rules.energy && !rules.weighs && !world.laws.shed_drop && !touches_walls() && !feeding)
     return;
   if (clock.first || clock.again) engine.keep_skin();

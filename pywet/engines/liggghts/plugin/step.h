@@ -46,6 +46,7 @@ class Plugin {
 
  private:
   bool wet() const { return films.initial > 0; }
+  bool deletes_springs() const { return wet() || !world.rules.scripted; }  // a script without liquid moves as the stock program
   bool touches_walls() const { return world.rules.touches_faces || !wires.parts.empty(); }
   void act(bool fresh);
 };
