@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from studies.full_scale import quantities as q
 from studies.full_scale.judging import FAILS, HOLDS, OPEN, judge
@@ -25,7 +25,7 @@ def of_diameters(rigs: Mapping[str, Runs]) -> str:
     )
     times = [f"**{_mm(rig)} mm** {_until(rigs[rig][1], 1)}" for rig in sieves]
     confirm = [[_mm(rig) for rig in sieves if _verdicts(rigs[rig]).get(n) == HOLDS] for n in (1, 2)]
-    first, second = (f"{_and(found)} mm" if found else "none" for found in confirm)
+    first, second = (f"{', '.join(found)} mm" if found else "none" for found in confirm)
     return (
         "On a smaller sieve the bed is deeper and spheres pass more slowly. All undersize of case 1 (99 %) has passed on "
         f"{', on '.join(times)}; the paper states about 15 s. "
@@ -60,7 +60,7 @@ def of_printed_force(rigs: Mapping[str, Runs], sieve: str) -> str:
     return (
         f"**Equation (14) as printed** (`printed`): on {_mm(sieve)} mm the undersize of case 2 has passed "
         f"{_until(printed[2], 2)} instead of {_until(rigs[sieve][2], 2)}. "
-        f"Confirmed in addition: {_and(gained) or 'none'}; no longer: {_and(lost) or 'none'}."
+        f"Confirmed in addition: {', '.join(gained) or 'none'}; no longer: {', '.join(lost) or 'none'}."
     )
 
 
@@ -100,8 +100,3 @@ def _on_apparatus(runs: Sequence[StoredRun]) -> float:
 def _mm(rig: str) -> str:
     """Return the diameter of a rig's sieve [mm] as text."""
     return rig.removeprefix("sieve").partition("_")[0]
-
-
-def _and(items: Collection[str]) -> str:
-    """Join items."""
-    return ", ".join(items)
