@@ -67,9 +67,11 @@ class Batches : public Style {
   void init_granular() override { stock_->init_granular(); }
   void write_restart_settings(FILE *file) override { stock_->write_restart_settings(file); }
   void read_restart_settings(FILE *file, int64_t hashcode) override { stock_->read_restart_settings(file, hashcode); }
+  // cppcheck-suppress passedByValue; signature of the engine
   int get_history_offset(const std::string name) override { return stock_->get_history_offset(name); }
   double stressStrainExponent() override { return stock_->stressStrainExponent(); }
   int64_t hashcode() override { return stock_->hashcode(); }
+  // cppcheck-suppress passedByValue; signature of the engine
   bool contact_match(const std::string kind, const std::string model) override { return stock_->contact_match(kind, model); }
 
   // The set-up of a run does not change springs; requests for single contacts are answered by the engine.

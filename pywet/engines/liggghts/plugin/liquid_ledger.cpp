@@ -20,6 +20,7 @@ void LiquidLedger::gather(const std::string &problem) {
     });
     std::vector<Event> at_boundary(boundary, events.end());
     events.erase(boundary, events.end());
+    // cppcheck-suppress invalidContainer; iterated over is a copy, made before the elements are erased
     for (const Event &e : ranks.near(at_boundary))
       if (engine.local(e.i) >= 0 || (!at_wall(e) && engine.local(e.j) >= 0)) events.push_back(e);
   }

@@ -28,10 +28,12 @@ namespace LAMMPS_NS {
 template <class T>
 T get(const char *object, int64_t bytes) {
   T value;
+  // cppcheck-suppress pointerSize; members are read by their place in memory, among them pointers, whose size is meant
   std::memcpy(&value, object + bytes, sizeof(T));
   return value;
 }
 
+// cppcheck-suppress invalidPointerCast; likewise
 inline double *numbers(const char *object, int64_t bytes) { return reinterpret_cast<double *>(const_cast<char *>(object) + bytes); }
 
 // The part of the engine's interface that the plugin uses.
