@@ -78,27 +78,31 @@ def build_apparatus(spec: ApparatusSpec) -> Apparatus:
     plate_top = z_outlet - 2.0 * spec.aperture_m  # a space of two apertures below the wires
     half_slide = float(np.abs(mid_wall).max())
     feed_low, feed_high = spec.feed_bin_bottom_m, spec.feed_bin_bottom_m + spec.feed_bin_height_m
+    ceiling = feed_high - t
     slope = (apothem - spec.outlet_opening_m, spec.impact_plate_angle_rad)
-    walls: list[tuple[Reservoir, list[Part], Motion]] = [
+    walls: list[tuple[str, Reservoir, list[Part], Motion]] = [
         # contains the wires within its thickness
-        ("side_wall", tube(apothem, t, sides, z_outlet, spec.side_wall_height_m), "vibrates"),
-        ("feed_bin", tube(apothem, t, sides, feed_low, feed_high), "fixed"),
+        ("side_wall", "side_wall", tube(apothem, t, sides, z_outlet, spec.side_wall_height_m), "vibrates"),
+        ("feed_bin", "feed_bin", tube(apothem, t, sides, feed_low, feed_high), "fixed"),
         # closes the feed bin from below; its edges are inside that wall
-        ("slide", plate(square(half_slide), spec.slide_height_m - t, spec.slide_height_m), "slides"),
-        ("outlet", tube(apothem, t, sides, z_end, z_outlet), "vibrates"),
-        ("impact_plate", tower.impact_plate(mid_wall, *slope, t, plate_top), "vibrates"),
+        ("slide", "slide", plate(square(half_slide), spec.slide_height_m - t, spec.slide_height_m), "slides"),
+        ("outlet", "outlet", tube(apothem, t, sides, z_end, z_outlet), "vibrates"),
+        ("impact_plate", "impact_plate", tower.impact_plate(mid_wall, *slope, t, plate_top), "vibrates"),
         # around and below the outlet's lower end
         (
+            "collecting_bin",
             "collecting_bin",
             bin_solid(apothem + t + gap, t, sides, z_rim - spec.collecting_bin_height_m, z_rim),
             "fixed",
         ),
+        # keeps in what chains of impacts throw up to the feed bin's rim
+        ("cover", "feed_bin", plate(square(half_slide), ceiling, feed_high), "fixed"),
     ]
     wires = build_wires(spec.aperture_m, spec.wire_diameter_m, spec.wire_sides, apothem, mid_wall)
-    surfaces = (wires, *(make_surface(name, name, solid, motion) for name, solid, motion in walls))
+    surfaces = (wires, *(make_surface(*wall) for wall in walls))
     travel = 2.0 * half_slide
     low, high = _bounds(surfaces, travel)
-    region = FeedRegion(spec.shape, 2.0 * apothem, spec.slide_height_m, feed_high)
+    region = FeedRegion(spec.shape, 2.0 * apothem, spec.slide_height_m, ceiling)
     return Apparatus(surfaces, low, high, 0.0, z_end - gap, region, travel)
 
 
@@ -156,7 +160,7 @@ def _check_heights(spec: ApparatusSpec) -> None:
     pitch = spec.aperture_m + spec.wire_diameter_m
     _at_least(spec, "width_m", max(2.0 * pitch, 5.0 * spec.aperture_m), f"for {_text(spec, 'aperture_m', '')}")
     lowest_slide = spec.feed_bin_bottom_m + spec.wall_thickness_m
-    highest = spec.feed_bin_bottom_m + spec.feed_bin_height_m
+    highest = spec.feed_bin_bottom_m + spec.feed_bin_height_m - spec.wall_thickness_m
     if not lowest_slide - 1e-9 <= spec.slide_height_m < highest:
         raise PywetError(
             f"apparatus: {_text(spec, 'slide_height_m')}, not within the feed bin, expected {1e3 * lowest_slide:g} "

@@ -132,10 +132,11 @@ def _walls(config: Mapping[str, Any]) -> Expected:
     data, analytic_wires = config["materials"], config["scale"].get("wires", "mesh") == "analytic"
     found: Expected = {"walls": (list(tower.MOTION), "the parts of the tower in order")}
     for name, motion in tower.MOTION.items():
-        material = data["wall_materials"][name]["material"]
+        reservoir = "feed_bin" if name == "cover" else name
+        material = data["wall_materials"][reservoir]["material"]
         angle = math.radians(number(data["walls"][material], "contact_angle_deg"))
         rows = {
-            "reservoir": (name, "the part it is"),
+            "reservoir": (reservoir, "the part it is; the cover is the feed bin's"),
             "stl": (f"stl/{name}.stl", "the part it is"),
             "motion": (motion, "docs/geometry.md"),
             "contact_angle_rad": (angle, f"materials.yaml: walls.{material}.contact_angle_deg"),

@@ -57,8 +57,8 @@ def _packing(config: Mapping[str, Any], places: pd.DataFrame, radius: Floats) ->
     reach = (at[:, :2] @ np.array([np.cos(facing), np.sin(facing)])).max(axis=1) + radius
     beyond = int((reach > plan.apothem + LENGTH_ERROR).sum())
     yield Held("spheres at the start that reach into the feed bin's wall", beyond, 0, "scales.yaml: width_mm")
-    outside = (at[:, 2] - radius < z.slide_top - LENGTH_ERROR) | (at[:, 2] + radius > z.feed_bin_top + LENGTH_ERROR)
-    where, source = "spheres at the start below the slide or above the feed bin", "scales.yaml: feed_bin_height_mm"
+    outside = (at[:, 2] - radius < z.slide_top - LENGTH_ERROR) | (at[:, 2] + radius > z.ceiling + LENGTH_ERROR)
+    where, source = "spheres at the start below the slide or above the cover", "scales.yaml: feed_bin_height_mm"
     yield Held(where, int(outside.sum()), 0, source)
     pairs = cKDTree(at).query_pairs(2.0 * float(radius.max()), output_type="ndarray")
     gap = np.sqrt(((at[pairs[:, 0]] - at[pairs[:, 1]]) ** 2).sum(axis=1)) - radius[pairs[:, 0]] - radius[pairs[:, 1]]

@@ -14,7 +14,7 @@ from reference_impl.scene.configuration import number, pitch_m, reading, screen,
 
 MOTION = {
     "wires": "vibrates", "side_wall": "vibrates", "feed_bin": "fixed", "slide": "slides", "outlet": "vibrates",
-    "impact_plate": "vibrates", "collecting_bin": "fixed",
+    "impact_plate": "vibrates", "collecting_bin": "fixed", "cover": "fixed",
 }  # fmt: skip
 """Parts of the tower in the scene's order, and their motions."""
 RIM_ABOVE_END = 0.006
@@ -81,6 +81,7 @@ class Heights:
     side_wall_top: float
     feed_bin_low: float
     feed_bin_top: float
+    ceiling: float
     slide_top: float
     bin_floor: float
     bin: float
@@ -98,5 +99,6 @@ class Heights:
         rim, low = end + RIM_ABOVE_END, side + plan.clearance
         return cls(
             bin_rim=rim, outlet_end=end, outlet_top=-plan.wire, plate_top=-plan.wire - 2.0 * plan.aperture, side_wall_top=side,
-            feed_bin_low=low, feed_bin_top=low + feed, slide_top=slide, bin_floor=rim - vessel, bin=end - plan.clearance,
+            feed_bin_low=low, feed_bin_top=low + feed, ceiling=low + feed - plan.thickness, slide_top=slide,
+            bin_floor=rim - vessel, bin=end - plan.clearance,
         )  # fmt: skip

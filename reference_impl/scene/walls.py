@@ -115,13 +115,18 @@ def _tubes(plan: Plan, z: Heights, meshes: Mapping[str, Floats]) -> Iterator[Hel
 
 def _plates(config: Mapping[str, Any], plan: Plan, z: Heights, meshes: Mapping[str, Floats]) -> Iterator[Held]:
     t = plan.thickness
-    if "slide" in meshes:
-        slide = stl.plate(meshes["slide"])
-        for axis, low, high in zip("xy", slide.low, slide.high, strict=False):
+    for name, top, of_top in (
+        ("slide", z.slide_top, "slide_height_mm"),
+        ("cover", z.feed_bin_top, "feed_bin_height_mm"),
+    ):
+        if name not in meshes:
+            continue
+        flat = stl.plate(meshes[name])
+        for axis, low, high in zip("xy", flat.low, flat.high, strict=False):
             length, source = float(high - low), "the middle of the wall's thickness"
-            yield _length(f"slide, length along {axis}", length, 2.0 * plan.half_slide, source)
-        yield _length("slide, upper face", float(slide.high[2]), z.slide_top, "scales.yaml: slide_height_mm")
-        yield _length("slide.thickness_m", slide.thickness, t, "scales.yaml: wall_thickness_mm")
+            yield _length(f"{name}, length along {axis}", length, 2.0 * plan.half_slide, source)
+        yield _length(f"{name}, upper face", float(flat.high[2]), top, f"scales.yaml: {of_top}")
+        yield _length(f"{name}.thickness_m", flat.thickness, t, "scales.yaml: wall_thickness_mm")
     if "impact_plate" in meshes:
         plate = stl.plate(meshes["impact_plate"])
         angle = float(np.radians(config["apparatus"]["impact_plate_angle_deg"]["value"]))
@@ -159,7 +164,7 @@ def _parts(wall: Mapping[str, Any], corners: Floats, plan: Plan) -> list[Held]:
         found.append(Held("wires, parts that are one bar", len(pairs), len(given), "each wire is one part"))
     for k, width in enumerate(given):
         in_part = corners[part == k]
-        upright = name in ("slide", "impact_plate")
+        upright = name in ("slide", "impact_plate", "cover")
         want = plan.small_half_width if name == "wires" else stl.half_width(in_part, upright)
         found.append(
             Held(

@@ -109,6 +109,16 @@ def test_impact_plate_leaves_the_opening_and_lies_in_the_outlet(apparatus: Appar
     assert math.atan2(slope[0], slope[2]) == pytest.approx(spec.impact_plate_angle_rad, rel=5e-6)  # single precision
 
 
+def test_cover_closes_the_feed_bin_within_its_height(apparatus: Apparatus) -> None:
+    """No sphere leaves through the top, the box is as high as with an open feed bin, and the fill is below the cover."""
+    s = named(apparatus)
+    cover, rim, half = s["cover"].vertices, s["feed_bin"].vertices[:, 2].max(), 0.5 * apparatus.feed_region.width_m
+    assert np.abs(cover[:, :2]).min() > half and s["cover"].motion == "fixed"
+    assert cover[:, 2].max() == pytest.approx(rim, abs=ROUNDING)
+    assert cover[:, 2].min() == pytest.approx(apparatus.feed_region.z_high_m, abs=ROUNDING)
+    assert apparatus.box_high[2] == pytest.approx(rim + 0.010, abs=ROUNDING)
+
+
 def test_slide_closes_the_bin_and_clears_it_when_drawn_out(apparatus: Apparatus) -> None:
     s = named(apparatus)
     slide, half = s["slide"].vertices, 0.5 * apparatus.feed_region.width_m

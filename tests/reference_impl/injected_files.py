@@ -270,6 +270,7 @@ SCENE: dict[str, Injected] = {
     "sieve 0.1 % wide": Injected(mesh("side_wall", scaled((1.001, 1.001, 1.0))), WALLS, "side_wall, axis to inner face"),
     "plate steeper": Injected(mesh("impact_plate", scaled((1.0, 1.0, 1.01))), WALLS, "impact_plate, angle [rad]"),
     "bin higher": Injected(mesh("collecting_bin", lifted(1e-4)), WALLS, "collecting_bin, floor"),
+    "cover lower": Injected(mesh("cover", lifted(-5e-5)), WALLS, "cover, upper face"),
     "slide lower": Injected(mesh("slide", lifted(-5e-5)), WALLS, "slide, upper face"),
     "box too small": Injected(times("box_high_m.2", 0.999), WALLS, "box_high_m.z"),
     "half width of a wire is its diameter": Injected(times("walls.wires.part_half_width_m.3", 2.0), WALLS,
