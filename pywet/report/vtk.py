@@ -19,7 +19,7 @@ from pywet import run_folder
 from pywet.errors import PywetError
 from pywet.laws.contact import film_thickness
 from pywet.report import active_bridges
-from pywet.runs.rundir import Floats, RunDir
+from pywet.runs.rundir import Floats, RunDir, rows_at
 from pywet.runs.walls import wall_corners
 from pywet.schema import TABLES
 
@@ -43,7 +43,7 @@ def grid(shape: str, corners: int, points: Floats, of_points: Any = (), of_cells
 def particles(run: RunDir, step: int) -> Any:
     """Return the spheres in the box at one output step as points."""
     line = run.timeline
-    here = run.trajectory[run.trajectory["step"] == step]
+    here = rows_at(run.trajectory, step)
     row = int(np.searchsorted(line.steps, step))
     index = np.searchsorted(line.ids, here["id"].to_numpy())
     radius = run.spheres["radius"].to_numpy(dtype=float)[index]
@@ -95,7 +95,7 @@ def wall_thickness(run: RunDir, step: int) -> Floats:
     """Return the film thickness of every triangle [m]: its film volume over its area."""
     film = np.zeros(len(run.triangles))
     if run.moist:
-        wet = run.wall_films[run.wall_films["step"] == step]
+        wet = rows_at(run.wall_films, step)
         film[wet["triangle"].to_numpy(dtype=np.int64)] = wet["film"]
     return film / run.triangles["area"].to_numpy(dtype=float)
 
@@ -106,7 +106,7 @@ def walls(run: RunDir, step: int) -> Any:
     data = {
         "film_thickness": wall_thickness(run, step),
         "part": run.triangles["part"].to_numpy(dtype=np.int32),
-        "reservoir": pd.factorize(run.triangles["reservoir"])[0].astype(np.int32),
+        "reservoir": run.reservoirs[0].astype(np.int32),
     }
     return grid("TRIANGLE", 3, corners.reshape(-1, 3), of_cells=data)
 
@@ -121,7 +121,7 @@ def words(run: RunDir) -> dict[str, dict[str, list[str]]]:
         },
         "bridges": of_partners,
         "cuboids": of_partners,
-        "walls": {"reservoir_from_0": list(pd.factorize(run.triangles["reservoir"])[1])},
+        "walls": {"reservoir_from_0": list(run.reservoirs[1])},
     }
 
 

@@ -37,6 +37,14 @@ def bridge_ends(table: pd.DataFrame) -> Ints:
     return np.asarray((kind << 60) | (i << 30) | j)
 
 
+def rows_at(table: pd.DataFrame, step: int) -> pd.DataFrame:
+    """Return the rows of a table at one step: a slice, without a copy, if the table is sorted by step."""
+    steps = table["step"].to_numpy()
+    if not pd.Index(steps).is_monotonic_increasing:
+        return table[steps == step]
+    return table.iloc[np.searchsorted(steps, step) : np.searchsorted(steps, step, side="right")]
+
+
 def placed(at: Any, origin_mm: Sequence[float]) -> str:
     """A position [m] of the engine as a message gives it: in the scene's coordinates, mm.
 
@@ -180,12 +188,16 @@ class RunDir:
             return read_table(path, step=step)
         if name not in self._small:
             self._small[name] = self.table(name)
-        table = self._small[name]
-        return table[table["step"] == step].reset_index(drop=True)
+        return rows_at(self._small[name], step).reset_index(drop=True)
 
     @cached_property
     def _small(self) -> dict[str, pd.DataFrame]:
         return {}
+
+    @cached_property
+    def reservoirs(self) -> tuple[Any, Any]:
+        """Return the number of each triangle's reservoir, in order of appearance, and the reservoirs' names."""
+        return pd.factorize(self.triangles["reservoir"])
 
     @cached_property
     def corners_at_rest(self) -> Floats:

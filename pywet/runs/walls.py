@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pywet.runs.rundir import Floats, RunDir
+from pywet.runs.rundir import Floats, RunDir, rows_at
 from pywet.scene import SCRIPTED, Rotation
 
 
@@ -13,7 +13,7 @@ def wall_corners(run: RunDir, step: int) -> Floats:
     corners = run.corners_at_rest.copy()
     if run.scene.name == SCRIPTED:
         return _by_poses(run, step, corners)
-    motion = run.mesh_motion[run.mesh_motion["step"] == step]
+    motion = rows_at(run.mesh_motion, step)
     shift = np.zeros((len(corners), 3))
     for name, *by in motion[["mesh", "dx", "dy", "dz"]].itertuples(index=False):
         shift[run.meshes == name] = by

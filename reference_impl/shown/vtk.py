@@ -197,8 +197,8 @@ def _walls(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iter
         if len(shown.cells) != count:
             return
         names, codes = shown.words.get("reservoir_from_0", []), shown.of_cells["reservoir"].astype(int)
-        known = dict(enumerate(names))
-        same = np.array([known.get(c) == expected for c, expected in zip(codes, here["reservoir"], strict=True)])
+        known = np.array([*names, None], dtype=object)[np.where((codes >= 0) & (codes < len(names)), codes, len(names))]
+        same = np.asarray(known == np.asarray(here["reservoir"], dtype=object))
         rows = _rows(step, triangle=here["triangle"].to_numpy())
         yield Field("vtk_wall_reservoir", "name of a triangle's reservoir", rows, same.astype(int), np.ones(count, int),
                     np.ones(count))  # fmt: skip
