@@ -35,20 +35,22 @@ def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
             f"dry and {y[3]} "
             "of the moist feed (glass, of which more dry than moist spheres peg).",
         ]
-    for name, n in (("POM", 2), ("glass", 11)):
-        if runs.get(n):
-            held = [
-                100.0 * mean(runs[n], of)
-                for of in (
+    of = [(name, runs[n]) for name, n in (("POM", 2), ("glass", 11)) if runs.get(n)]
+    if of:
+        held = [
+            " and ".join(f"{100.0 * mean(each, share):.0f} %{f' ({name})' * (not k)}" for name, each in of)
+            for k, share in enumerate(
+                (
                     lambda k: k.liquid("fines", "collecting_bin")[-1],
                     lambda k: k.liquid("coarse_material")[-1],
                     lambda k: k.walls[-1],
                 )
-            ]
-            written += [
-                f"- **Liquid at the end**: {held[0]:.0f} % of the liquid of {name} on 8 mm is in the bin, on fines and walls, "
-                f"{held[1]:.0f} % on coarse spheres and {held[2]:.0f} % on the other walls."
-            ]
+            )
+        ]
+        written += [
+            f"- **Liquid at the end** (8 mm): {held[0]} are in the bin, on fines and walls, {held[1]} on coarse spheres, "
+            f"{held[2]} on the other walls."
+        ]
     return [*written, f"- **Statements of the paper**: {_counted(answers)}.", ""]
 
 
