@@ -105,7 +105,8 @@ RETIRE = "config.yaml: retire"
 PAPER_STIFFNESS = {"scales.yaml: scales full stiffness_factor value": 1.0}
 RIGS: dict[str, dict[str, Any]] = {
     **{f"sieve{d:g}": sieve(d) for d in (180.0, 182.5, 185.0, 187.5, 190.0, 192.5, 195.0, 200.0)},
-    "sieve150": sieve(150.0) | {"scales.yaml: apparatus feed_bin_height_mm value": 124},  # the deeper fill is below the cover
+    "sieve150": sieve(150.0)
+    | {"scales.yaml: apparatus feed_bin_height_mm value": 124},  # the deeper fill is below the cover
     **{f"amplitude{a:g}": amplitude(0.01 * a) for a in (60, 70, 80, 90)},
     **{f"sieve{d:g}_amplitude{a}": sieve(d) | amplitude(0.01 * a) for d in (185.0, 190.0) for a in (80, 90)},
     **{f"sieve{d:g}_stiff": sieve(d) | PAPER_STIFFNESS for d in (180.0, 182.5, 185.0, 200.0)},
