@@ -84,7 +84,7 @@ def honest(runs: Runs) -> str:
     return f"""{lines}
 - The paper does not give all dimensions of the apparatus ([sieve diameter](rig.md)).
   A statement that is not confirmed shows first that this simulation differs from the paper's.
-- Dry runs of [other rigs](rig.md) and at the paper's stiffness retain
+- Most dry runs of [other rigs](rig.md) and those at the paper's stiffness retain
   [tangential displacements](engine.md#conventions) of separated spheres.
 """
 
