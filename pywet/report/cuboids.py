@@ -8,19 +8,23 @@ spheres. A wall is a plane.
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize.elementwise import find_root
 
 from pywet.runs.rundir import Bools, Floats
 
 NODES, WEIGHTS = (np.polynomial.legendre.leggauss(8)[k] for k in (0, 1))
-HALVINGS = 30
+PAIR = np.triu_indices(8)
+SQUARE = ((NODES[PAIR[0]] + 1.0) ** 2 + (NODES[PAIR[1]] + 1.0) ** 2) / 16.0
+"""Squared distance from the axis, over the squared side, of points in a quarter of the square; mirrored ones are listed once."""
+WEIGHT = WEIGHTS[PAIR[0]] * WEIGHTS[PAIR[1]] * np.where(PAIR[0] == PAIR[1], 0.25, 0.5)
+TOLERANCE = 1e-9
+"""Relative error of a side."""
 
 
 def visible(side: Floats, gap: Floats, ri: Floats, rj: Floats) -> Floats:
     """Return the volume [m3] of square bars of a side [m] on the line of centres, between spheres; rj may be infinite."""
-    across = side[:, None] * (NODES + 1.0) / 4.0  # a quarter of the square
-    square = across[:, :, None] ** 2 + across[:, None, :] ** 2
-    height = np.maximum(gap[:, None, None] + depth(square, ri) + depth(square, rj), 0.0)
-    return np.asarray(side**2 * np.einsum("nij,i,j->n", height, WEIGHTS, WEIGHTS) / 4.0)
+    square = side[:, None] ** 2 * SQUARE
+    return np.asarray(side**2 * (np.maximum(gap[:, None] + depth(square, ri) + depth(square, rj), 0.0) @ WEIGHT))
 
 
 def depth(square: Floats, radius: Floats) -> Floats:
@@ -33,12 +37,17 @@ def depth(square: Floats, radius: Floats) -> Floats:
 
 def sides(volume: Floats, gap: Floats, ri: Floats, rj: Floats) -> Floats:
     """Return the side [m] of the square whose visible volume is the bridge's, limited by the smaller sphere."""
-    low, high = np.zeros_like(volume), np.sqrt(2.0) * np.minimum(ri, rj)
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2.0
-        less = visible(middle, gap, ri, rj) < volume
-        low, high = np.where(less, middle, low), np.where(less, high, middle)
-    return np.asarray((low + high) / 2.0)
+    most = np.sqrt(2.0) * np.minimum(ri, rj)
+    narrower = visible(most, gap, ri, rj) > volume
+    side, known = most.copy(), [of[narrower] for of in (volume, gap, ri, rj)]
+    found = find_root(
+        lambda s, v, *of: visible(s, *of) - v,
+        (np.zeros_like(known[0]), most[narrower]),
+        args=tuple(known),
+        tolerances={"xrtol": TOLERANCE, "xatol": 0.0, "frtol": 0.0, "fatol": 0.0},
+    )
+    side[narrower] = found.x
+    return side
 
 
 def corners(

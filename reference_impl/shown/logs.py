@@ -55,6 +55,7 @@ class Logs:
             names = ["triangle", "part", "mesh", "reservoir", *corners]
             self.triangles = io.columns(history / "triangles.parquet", names).sort_values("triangle")
             self.rest = self.triangles[corners].to_numpy(float).reshape(-1, 3, 3)
+            self.meshes, self.of_mesh = np.unique(self.triangles["mesh"].to_numpy(str), return_inverse=True)
             self.poses = script.Poses(folder) if script.of(folder) else None
             motion = io.columns(folder / "mesh_motion.parquet", ["step", "mesh", "dx", "dy", "dz"])
             self.motion = {(row.step, row.mesh): [row.dx, row.dy, row.dz] for row in motion.itertuples()}
@@ -169,7 +170,7 @@ class Logs:
                 matrix = np.stack([pose[f"turn_{k}"][0] for k in range(3)])
                 at[rows] = np.einsum("ij,tcj->tci", matrix, self.rest[rows]) + pose["shift"][0]
             return at
-        shift = np.array([self.motion.get((step, mesh), none) for mesh in self.triangles["mesh"]]).reshape(-1, 3)
+        shift = np.array([self.motion.get((step, mesh), none) for mesh in self.meshes])[self.of_mesh]
         for wall in self.scene["walls"]:
             if wall["motion"] != "turns":
                 continue

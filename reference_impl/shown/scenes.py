@@ -92,10 +92,12 @@ class Scene:
             yield "times are not those of the outputs", ""
         for what in self._bodies():
             yield what, ""
+        in_bridges = []
         for frame, at in enumerate(self.steps):
             for what in (*self._spheres(frame, at), *self._bridges(frame, at), *self._walls(frame, at)):
                 yield what, f" at t = {self.head['times'][frame]:.4g} s"
-        for what in self._curves():
+            in_bridges.append(self._in_bridges(self.logs.at(at)))
+        for what in self._curves(in_bridges):
             yield what, ""
 
     def _bodies(self) -> Iterator[str]:
@@ -189,12 +191,12 @@ class Scene:
         if np.isnan(shown).any() or _off(shown, expected, 2.0 * self.head["quantum"]).any():
             yield "walls are not where the log says"
 
-    def _curves(self) -> Iterator[str]:
-        """Check values at the times of the scene, and all times."""
+    def _curves(self, in_bridges: list[float]) -> Iterator[str]:
+        """Check values at the times of the scene, and all times; the share of liquid in bridges is that of each time [%]."""
         outputs = np.asarray(self.logs.outputs) * self.logs.scene["time_step_s"]
         expected = {"fraction_retained_spheres": self._retained()}
         if self.logs.plan.moist:
-            expected["liquid_in_bridges_percent"] = [self._in_bridges(self.logs.at(step)) for step in self.steps]
+            expected["liquid_in_bridges_percent"] = in_bridges
         if [c["quantity"] for c in self.head["curves"]] != list(expected):
             yield f"curves are of {[c['quantity'] for c in self.head['curves']]}; expected {list(expected)}"
             return

@@ -38,3 +38,11 @@ def test_points_in_the_cuboid_and_in_no_body_count_to_the_volume(
     np.testing.assert_allclose(np.linalg.norm(box[:4] - first, axis=1), radii[0, 0], rtol=1e-12)
     if not wall:
         np.testing.assert_allclose(np.linalg.norm(box[4:] - second, axis=1), radii[1, 0], rtol=1e-12)
+
+
+def test_a_bridge_too_large_for_its_spheres_is_as_wide_as_the_smaller_one_and_an_empty_one_has_no_width() -> None:
+    radii = np.full(3, 2.5) * MM, np.array([5.0, np.inf, 2.5]) * MM
+    volume, gap = np.array([1e6, 1e6, 0.0]) * MM**3, np.zeros(3)
+    widths = cuboids.sides(volume, gap, *radii)
+    np.testing.assert_allclose(widths, np.sqrt(2.0) * radii[0] * [1.0, 1.0, 0.0], rtol=1e-12)
+    assert len(cuboids.sides(*(np.zeros(0),) * 4)) == 0

@@ -1,5 +1,5 @@
 # The stages of one case. The declared output of a stage is its status file, because a failed case has nothing else; what it
-# makes besides is listed in docs/results.md.
+# makes besides is listed in docs/results.md. Simulations have priority: the short evaluations then fill all cores to the end.
 
 
 rule scene:
@@ -14,6 +14,7 @@ rule scene:
         scale=SCALE,
         engine=ENGINE,
         seed=lambda wildcards: RUNS[wildcards.case][2],
+    priority: 2
     log:
         f"{LOGS}/{{case}}/scene.log",
     script:
@@ -31,6 +32,7 @@ rule simulate:
     log:
         f"{LOGS}/{{case}}/simulate.log",
     threads: CHOSEN.ranks
+    priority: 1
     resources:
         mem_mb=job_memory("simulate"),
         runtime=job_minutes,
