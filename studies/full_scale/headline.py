@@ -24,7 +24,8 @@ def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
     written = ["# Full scale", "", INTRO, ""]
     if all(runs.get(n) for n in (1, 2, 10, 11)):
         written += [
-            "- **Passage**: 5 % of liquid delays passage. With apertures of 8 mm half of the undersize has passed after "
+            "- **Passage**: 5 % (POM) or 2.5 % (glass) of liquid delays passage. With apertures of 8 mm and an amplitude of 1 mm "
+            "half of the undersize has passed after "
             f"{_half(runs, 1)} dry and {_half(runs, 2)} moist (POM), {_half(runs, 10)} and {_half(runs, 11)} (glass); after "
             "10 s all undersize has passed.",
         ]
@@ -48,7 +49,7 @@ def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
             )
         ]
         written += [
-            f"- **Liquid at the end** (8 mm): {held[0]} are in the bin, on fines and walls, {held[1]} on coarse spheres, "
+            f"- **Liquid at the end** (8 mm, 1 mm): {held[0]} are in the bin, on fines and walls, {held[1]} on coarse spheres, "
             f"{held[2]} on the other walls."
         ]
     return [*written, f"- **Statements of the paper**: {_counted(answers)}.", ""]

@@ -84,7 +84,7 @@ def honest(runs: Runs) -> str:
     return f"""{lines}
 - The paper does not give all dimensions of the apparatus ([sieve diameter](rig.md)).
   A statement that is not confirmed shows first that this simulation differs from the paper's.
-- Most dry runs of [other rigs](rig.md) and those at the paper's stiffness retain
+- Most dry runs with [another sieve or reading](rig.md) and those with the paper's stiffness precede a correction: they keep
   [tangential displacements](engine.md#conventions) of separated spheres.
 """
 
@@ -193,11 +193,12 @@ def _statements(answers: Answers) -> list[str]:
     open_ = ", ".join(str(s.number) for s, a in answers if a.verdict == OPEN)
     return [
         "A statement of the paper is translated into a range of a quantity. It is confirmed if the 95 % interval of the mean",
-        "over seeds is within the range, and inconclusive if a limit of the range is within the interval. The ranges were fixed",
+        "over seeds is within the range, and inconclusive if a limit of the range is within the interval. A statement with",
+        "several ranges is confirmed if all are, and not confirmed if one is missed. The ranges were fixed",
         "before these runs, after one run of each case had been evaluated.",
         *([f"Statements {open_} are inconclusive."] if open_ else []),
         "The table [statements.csv](full_scale/statements.csv) gives text, range, values and verdict of each statement. Y is "
-        "the fraction retained.",
+        "the fraction retained, Y2 that of case 2, U the undersize on the screen. Statements 33 and 39 on screening need no run.",
     ]
 
 

@@ -66,7 +66,8 @@ def _side_wall(runs: Runs, folder: Path) -> str:
     return (
         "at smoke scale, where the side wall is four times as large in relation to the sieve's area, the ratio is "
         f"{ratios} after {table.time_since_opening_s.iloc[0]:.1f} s with side walls {heights} mm high. With one film for "
-        "each wall it is 0.79 at full scale and the statement is confirmed ([sieve diameter](rig.md))."
+        "each wall and the transfer ratio at a tenth of the rupture distance it is 0.79 in one run at full scale and the "
+        "statement is confirmed ([sieve diameter](rig.md))."
     )
 
 
@@ -145,7 +146,7 @@ def _within_scatter(cases: Sequence[int], end: float, seeded: int) -> Callable[[
         y = [mean(runs[n], lambda k: k.y(2.0, end)) for n in cases]
         seeds = [k.y(2.0, end) for k in runs[seeded]]
         return (
-            f"with 5 and 10 % of liquid the mean Y changes by {y[1] - y[0]:+.4f} and by a further "
+            f"from case {cases[0]} to {cases[1]} the mean Y changes by {y[1] - y[0]:+.4f} and from {cases[1]} to {cases[2]} by "
             f"{y[2] - y[1]:+.4f}, while "
             f"the seeds of case {seeded} differ by up to {max(seeds) - min(seeds):.4f}."
         )

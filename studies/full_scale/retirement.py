@@ -54,7 +54,7 @@ def lines(stored: Runs, retired: Runs) -> list[str]:
     return [
         f"- **[Retired spheres](engine.md#retired-spheres)** (cases {', '.join(map(str, cases))} with and without): retirement "
         f"divides the liquid differently between fines and bin, by up to {most:.3f} of all liquid. Of the "
-        f"{others} other quantities {len(moved) - len(divided)} differ significantly ({others / 20:.0f} by chance; "
+        f"{others} other quantities {len(moved) - len(divided)} differ significantly ({others / 20:.0f} expected by chance; "
         f"[retirement.csv](full_scale/retirement.csv)){_later(moved)}. {_saving(stored, retired)}",
     ]
 

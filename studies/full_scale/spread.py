@@ -66,7 +66,8 @@ def lines(found: Sequence[Row]) -> list[str]:
     compared = [row for row in found if row[5] != "–"]
     moved = [f"case {r[0]}, {r[1]}: {r[5]} ± {r[6].split('± ')[1]}" for r in compared if r[6].startswith("yes")]
     return [
-        f"- **Paper's contact stiffness** (runs `paper`, one seed each): {len(moved)} of {len(compared)} quantities differ "
-        f"significantly (5 %, Student) from the runs with lower stiffness{': ' if moved else ''}{'; '.join(moved)} "
+        f"- **Paper's contact stiffness** (cases {', '.join(dict.fromkeys(r[0] for r in compared))}, one seed each): "
+        f"{len(moved)} of {len(compared)} quantities differ significantly (5 %, Student; {len(compared) / 20:.0f} expected by "
+        f"chance) from the runs with lower stiffness{': ' if moved else ''}{'; '.join(moved)} "
         "([seeds.csv](full_scale/seeds.csv)).",
     ]

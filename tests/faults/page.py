@@ -25,9 +25,9 @@ The program was changed at random, one change at a time. Of {faults} changes tha
 
 - **crash**: the program ends with a traceback or a signal, which is not counted as detected.
 - **replay**, **program**, **tests**: the fault was first detected by the replay, by a message of the program, or by a test.
-- **equivalent**: the change makes no difference for any input that the program accepts, and therefore is not detected.
-- **open**: the change is a fault and is not detected.
-- **detected**: number of faults detected, of those that neither crash the program nor are equivalent.
+- **equivalent**: no difference for any accepted input.
+- **open**: a fault that is not detected.
+- **detected**: of the faults that do not crash the program.
 
 In {messages} of the {of_engine} changes of plugin and laws that the replay detects, the message names a force or effect of a
 contact; in {kinds} of these it also names the kind of contact.
