@@ -477,9 +477,9 @@ class EngineScene(Computable):
 
     @property
     def insertion_s(self) -> tuple[float, float] | None:
-        """Return the times of the first start and the first end of an insertion [s]; None without insertion."""
+        """Return the times of the first start and the last end of an insertion [s]; None without insertion."""
         times = [(f.from_s, f.from_s + f.for_s) for f in (c.insertion for c in self.classes) if f]
-        return (min(a for a, _ in times), min(b for _, b in times)) if times else None
+        return (min(a for a, _ in times), max(b for _, b in times)) if times else None
 
     def enters(self, types: Iterable[int]) -> list[int]:
         """Return the step at which each sphere is released and its liquid is counted; `types` in the order of ids."""

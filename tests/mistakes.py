@@ -174,12 +174,12 @@ def without_results(folder: Path) -> None:
 
 def late() -> None:
     run = SimpleNamespace(
-        timeline=MagicMock(times=np.array([0.0, 1.0])), scene=MagicMock(insertion_s=None), table=MagicMock()
+        timeline=MagicMock(times=np.array([0.0, 1.0])), scene=MagicMock(insertion_s=(0.0, 1.0)), table=MagicMock()
     )
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(streams, "uncollected", lambda _: None)
         patch.setattr(streams, "leaving", MagicMock())
-        streams._continuous(run, 9.0, 1)  # type: ignore[arg-type]
+        streams._of_outlets(run, 9.0, 1)  # type: ignore[arg-type]
 
 
 def no_windows(folder: Path) -> None:

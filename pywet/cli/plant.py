@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -107,7 +108,8 @@ def _predict(runs: list[Path], deck: Path, from_s: float | None, file: Path | No
     found = batch_to_deck.predict(runs, deck, from_s)
     table = Table("class", "size [mm]", "law", "T [%]: plug flow", "residence times", "simulated")
     for row in found.to_dict("records"):
-        ways = [f"{100 * row[way]:.1f} ± {100 * row[f'{way}_half']:.1f}" for way in ("plug_flow", "residence_times")]
+        shares = [(row[way], row[f"{way}_half"]) for way in ("plug_flow", "residence_times")]
+        ways = [f"{100 * t:.1f}" + ("" if math.isnan(half) else f" ± {100 * half:.1f}") for t, half in shares]
         simulated = f"{100 * row['T']:.1f} ({100 * row['T_low']:.1f} – {100 * row['T_high']:.1f})"
         table.add_row(str(row["class"]), f"{row['diameter_mm']:g}", str(row["law"]), *ways, simulated)
     out.print(table)

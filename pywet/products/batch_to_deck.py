@@ -80,7 +80,8 @@ def predict(batches: Sequence[Path | str], deck: Path | str, from_s: float | Non
     DataFrame
         For each class, the finest first: class, diameter_mm, law (the best on seeds that were not fitted), plug_flow and
         residence_times (share to the overs predicted with the mean and with all residence times of the coarsest class), each with
-        half of its 95 % interval (…_half: seeds of the batch and scatter of the times), T, T_low, T_high of the deck.
+        half of its 95 % interval (…_half: seeds of the batch and scatter of the times; nan for one batch), T, T_low, T_high of
+        the deck.
 
     Raises
     ------
@@ -123,6 +124,6 @@ def _of_class(runs: Sequence[pd.DataFrame], kind: str, times: Floats) -> dict[st
     found: dict[str, str | float] = {"law": law.name}
     for way, of in (("plug_flow", plug_flow), ("residence_times", share_retained)):
         each, halves = np.array([of(law, values, times) for values in fits]).T
-        mean, half = mean_and_half_width(each.tolist()) if len(each) > 1 else (float(each[0]), 0.0)
+        mean, half = mean_and_half_width(each.tolist())
         found |= {way: mean, f"{way}_half": math.hypot(half, float(halves.mean()))}
     return found

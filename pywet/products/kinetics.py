@@ -57,6 +57,7 @@ class Law:
 
 
 def _crowded(tau: Floats, k: float, c: float) -> Floats:
+    c = min(c, 1.0 / max(k, 1.0 / LONG_S))  # all has passed after 1/k
     left = max(1.0 - k * c, 1e-9)
     return np.where(tau < c, 1.0 - k * tau, left * np.exp(-k * np.maximum(tau - c, 0.0) / left))
 
@@ -82,8 +83,8 @@ def fit(law: Law, t: Floats, y: Floats) -> tuple[Floats, Floats]:
     """
     from scipy.optimize import curve_fit
 
-    start = (0.1, *law.start)
     high = (float(t.max()) or 1.0, *law.bounds)
+    start = (min(0.1, 0.5 * high[0]), *law.start)
     try:
         values, covariance = curve_fit(law, t, y, p0=start, bounds=(np.zeros(len(start)), high), max_nfev=20_000)
     except RuntimeError as error:
@@ -131,7 +132,7 @@ def curves(run: Path) -> pd.DataFrame:
 def _of_outlets(run: RunDir) -> pd.DataFrame:
     """The same of a batch in a scene with outlets: all spheres are there from the start, and none leaves with the overs."""
     scene, spheres = run.scene, streams.read(run).spheres
-    overs = int((spheres["product"] == "overs").sum())
+    overs = int(((spheres["product"] == "overs") & spheres["left_s"].notna()).sum())
     if scene.insertion_s or overs:
         given = "inserts spheres during the run" if scene.insertion_s else f"loses {overs} spheres with the overs"
         raise PywetError(

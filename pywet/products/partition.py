@@ -64,18 +64,22 @@ TIE = 1e-12
 
 
 def size_at(curve: pd.DataFrame, share: float, column: str = "T") -> float:
-    """Size [mm] at which T is first this share, between classes linear in the size; nan where the classes do not enclose it.
+    """Size [mm] from which on T is above this share, between classes linear in the size; nan where classes do not enclose it.
 
-    `column`: T_low or T_high for an end of its interval.
+    Where T of finer classes crosses the share too, the coarsest crossing counts for every share and column, so that
+    d25 <= d50 <= d75 and the size is between those of `column` T_high and T_low, the ends of its interval.
 
     >>> size_at(pd.DataFrame({"diameter_mm": [1.0, 3.0], "T": [0.0, 1.0]}), 0.25)
     1.5
     """
     d, t = curve["diameter_mm"].to_numpy(dtype=float), curve[column].to_numpy(dtype=float)
-    for k in range(1, len(d)):
-        if t[k - 1] - TIE <= share <= t[k] + TIE and t[k] > t[k - 1]:
-            return float(d[k - 1] + (share - t[k - 1]) / (t[k] - t[k - 1]) * (d[k] - d[k - 1]))
-    return math.nan
+    finer = np.flatnonzero(t <= share + TIE)
+    if not len(finer):
+        return math.nan
+    k = finer[-1]
+    if k == len(d) - 1:
+        return float(d[k]) if t.min() < share - TIE <= t[k] else math.nan
+    return float(d[k] + (share - t[k]) / (t[k + 1] - t[k]) * (d[k + 1] - d[k]))
 
 
 WITHIN, LEFT_NONE = "within the sizes", "no sphere left"
@@ -98,7 +102,7 @@ def position(curve: pd.DataFrame, size_mm: float, share: float = 0.5) -> str:
         WITHIN: not math.isnan(size_mm),
         "below the smallest size": bool((t > share + TIE).all()),
         "above the largest size": bool((t < share - TIE).all()),
-        f"T does not rise through {share:g}": True,
+        f"T does not stay above {share:g}": True,
     }
     return next(words for words, so in found.items() if so)
 
@@ -140,7 +144,7 @@ def separation(curve: pd.DataFrame, aperture_mm: float | None = None) -> Separat
     """Compute cut size, sharpness, recoveries, purities and efficiencies of a partition curve.
 
     A class is undersize if its diameter is below `aperture_mm`, or, if that is None, below the cut size. The
-    recovery of an absent fraction is 1; for an empty feed nothing is defined.
+    recovery of an absent fraction is 1; the purity of an absent product is nan; for an empty feed nothing is defined.
     """
     d25, d50, d75 = (size_at(curve, share) for share in (0.25, 0.5, 0.75))
     reference = d50 if aperture_mm is None else aperture_mm
@@ -148,10 +152,10 @@ def separation(curve: pd.DataFrame, aperture_mm: float | None = None) -> Separat
     feed, overs, unders = (curve[f"{c}_kg"].to_numpy(dtype=float) for c in ("feed", "overs", "unders"))
     known = not math.isnan(reference) and feed.sum() > 0.0
 
-    def share(part: float, whole: float) -> float:
+    def share(part: float, whole: float, otherwise: float = 1.0) -> float:
         if not known:
             return math.nan
-        return float(part / whole) if whole > 0.0 else 1.0
+        return float(part / whole) if whole > 0.0 else otherwise
 
     recovery_u = share(unders[under].sum(), feed[under].sum())
     recovery_o = share(overs[~under].sum(), feed[~under].sum())
@@ -159,7 +163,7 @@ def separation(curve: pd.DataFrame, aperture_mm: float | None = None) -> Separat
     return Separation(
         d25, d50, position(curve, d50), d75, 0.5 * (d75 - d25), 0.5 * (d75 - d25) / d50, reference,
         share(feed[under].sum(), feed.sum()), recovery_u, recovery_o,
-        share(unders[under].sum(), unders.sum()), share(overs[~under].sum(), overs.sum()),
+        share(unders[under].sum(), unders.sum(), math.nan), share(overs[~under].sum(), overs.sum(), math.nan),
         recovery_u + recovery_o - 1.0, recovery_u * recovery_o, share(misplaced, feed.sum()),
     )  # fmt: skip
 

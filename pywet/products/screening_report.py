@@ -87,9 +87,10 @@ def analyse(
 
 
 def aperture_of(run: RunDir, deck: int = 1) -> float | None:
-    """Return the aperture of the screen of a case or of a deck [mm]."""
+    """Return the aperture of the screen of a case or of a deck [mm]; None for a deck of the user's own walls."""
     if given := apertures.deck_of(run):
-        return float([given, *(given.get("beneath") or ())][deck - 1]["aperture_mm"])
+        levels = [given, *(given.get("beneath") or ())]
+        return float(levels[deck - 1]["aperture_mm"]) if deck <= len(levels) else None
     config: dict[str, Any] = run.json("config.json", dict[str, Any]) or {}
     value = (config.get("case") or {}).get("aperture_mm")
     return float(value) if value is not None else None

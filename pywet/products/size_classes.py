@@ -162,6 +162,9 @@ class SizeDistribution(Excusable):
             )  # fmt: skip
         edges, shares, outside = [], [], [0.0, 0.0]
         for a, b, m in zip(lower, upper, mass, strict=True):
+            if b <= a:  # what passes a size of 0
+                outside[0] += m
+                continue
             c, d = min(max(a, low), b), max(min(b, high), a)
             with np.errstate(divide="ignore"):
                 x = scale(np.array([max(a, min(low, b) * 1e-3) if a <= 0 else a, c, d, b]))
@@ -171,7 +174,7 @@ class SizeDistribution(Excusable):
             if d > c:
                 edges.append((c, d))
                 shares.append(m * parts[1])
-        if not shares:
+        if not sum(shares) > 0.0:
             raise ConfigError(
                 f"psd: nothing of {shown(self.file)} is between smallest_mm and largest_mm; expected a wider range",
                 code="psd.empty", file=self.file,

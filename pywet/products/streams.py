@@ -1,12 +1,11 @@
 """Spheres that left a run: the product, times and liquid of each.
 
-In a run with outlets they define the products. In a screening case the spheres in the collecting bin at the end are
-the unders, the rest the overs.
+In a run with outlets they define the products; without insertion it is a batch, whose overs are also what stays. In a
+screening case the spheres in the collecting bin at the end are the unders, the rest the overs.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -63,7 +62,7 @@ def read(run: RunDir, from_s: float | None = None, deck: int = 1) -> Streams:
             code="screen.deck", key="--deck", given=deck, expected=most, where=run.path,
         )  # fmt: skip
     if run.scene.outlets:
-        return _continuous(run, from_s, deck)
+        return _of_outlets(run, from_s, deck)
     if run.scene.slide is None:
         raise PywetError(
             f"{run.path}: its scene has no outlets, so that no product leaves; expected a screening case, or outlets whose names "
@@ -101,12 +100,17 @@ def _batch(run: RunDir) -> Streams:
     return Streams(table, False, opened, float(line.times[-1]), True)
 
 
-def _continuous(run: RunDir, from_s: float | None, deck: int) -> Streams:
+def _of_outlets(run: RunDir, from_s: float | None, deck: int) -> Streams:
     line, scene = run.timeline, run.scene
     if missing := uncollected(scene):
         raise PywetError(f"{run.path}: {missing}", code="screen.uncollected", where=run.path)
     table = leaving(scene, (line.ids, line.types, line.mass), run.table("history/retired"), deck)
-    first, last = scene.insertion_s or (0.0, math.inf)
+    if scene.insertion_s is None:
+        if decks(scene) == 1:  # of several decks it is not known which one a sphere has reached
+            stays = table["left_s"].isna()
+            table.loc[stays, "product"], table.loc[stays, "liquid_m3"] = "overs", line.liquid[-1][stays]
+        return Streams(table, False, 0.0, float(line.times[-1]), True, deck)
+    first, last = scene.insertion_s
     end = min(float(line.times[-1]), last)
     if from_s is not None:
         if not 0.0 <= from_s < end:

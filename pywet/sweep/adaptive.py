@@ -26,6 +26,8 @@ from pywet.util.files import write_json
 
 Floats = NDArray[np.float64]
 CANDIDATES = 1024
+SAME = 1e-9
+"""Distance in the unit cube below which a candidate is a point already."""
 FEWEST = 2
 """Number of points with results, in excess of the number of axes, required before others can be chosen."""
 
@@ -81,7 +83,10 @@ def _shares(axes: dict[str, Axis], values: Floats) -> Floats:
 def least_known(
     places: Floats, values: Floats, count: int, axes: dict[str, Axis], rules: list[Constraint]
 ) -> list[Point]:
-    """Return the given number of points, the least certain first, among candidates that satisfy the constraints."""
+    """Return the given number of points, the least certain first, among candidates that satisfy the constraints.
+
+    There are fewer where all whole numbers of the ranges are points already.
+    """
     shares = qmc.Sobol(len(axes), rng=1).random(CANDIDATES)
     points = [{key: axis.at(float(u)) for (key, axis), u in zip(axes.items(), row, strict=True)} for row in shares]
     allowed = [k for k, point in enumerate(points) if all(rule.holds(point) for rule in rules)]
@@ -90,14 +95,16 @@ def least_known(
             "the constraints leave no candidate for adaptive sampling; expected a region between the ends of the axes",
             code="sweep.no_candidate", key="constraints",
         )  # fmt: skip
-    candidates = shares[allowed]
+    candidates = _shares(axes, np.array([[float(points[k][key]) for key in axes] for k in allowed]))
     chosen: list[Point] = []
     for _ in range(min(count, len(allowed))):
         cubic = RBFInterpolator(places, values, kernel="cubic", degree=1)(candidates)
         linear = RBFInterpolator(places, values, kernel="linear", degree=0)(candidates)
-        distance = cKDTree(places).query(candidates)[0]
+        distance = np.asarray(cKDTree(places).query(candidates)[0])
         score = distance * (1.0 + np.abs(cubic - linear) / max(float(values.std()), 1e-300))
         best = int(score.argmax())
+        if distance[best] < SAME:
+            break
         chosen.append(points[allowed[best]])
         places, values = np.vstack([places, candidates[best]]), np.append(values, cubic[best])
     return chosen

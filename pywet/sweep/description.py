@@ -92,11 +92,11 @@ class Axis(Strict):
             ends = getattr(self, name)
             if ends is not None and (ends[2] < 2 or ends[0] == ends[1]):
                 raise ValueError(f"{name}: [first, last, count] with two different ends and a count of at least 2")
-        least = min(self.logspace[:2]) if self.logspace else self.low
-        if (self.logspace or (self.is_range and self.log)) and least is not None and least <= 0.0:
-            raise ValueError("bounds above 0 on a logarithmic scale")
         if self.values is not None:
             self._check_values(self.values)
+        given = self.values or (self.logspace or self.linspace or (self.low,))[:2]
+        if self.logarithmic and not all(not isinstance(v, str) and v is not None and v > 0 for v in given):
+            raise ValueError("numbers above 0 on a logarithmic scale")
         return self
 
     @staticmethod

@@ -209,15 +209,19 @@ def lines(plan: Plan, costs: list[tuple[Run, Cost]], cores: int) -> list[str]:
     """Return the lines of the plan that are printed before the runs."""
     runs, points_, seeds = len(plan.runs), len(plan.points), plan.sweep.seeds
     left_out = plan.sweep.count // seeds + len(plan.added) - points_
+    stored = len({run.built.name for run in plan.runs}) - len(costs)
+    why = ["left out by constraints"] * bool(plan.sweep.constraints)
+    why += ["repeated"] * any(axis.whole for axis in plan.sweep.axes.values())
     seconds, disk = sum(c.seconds for _, c in costs), sum(c.disk_B for _, c in costs)
-    constrained = f", {left_out} left out by constraints" if left_out else ""
+    constrained = f", {left_out} {' or '.join(why)}" if left_out else ""
+    same = f", {shared} have the inputs of others" if (shared := runs - len(costs) - stored) else ""
     takes = "time and disk unknown before one run is in the store"
     if all(c.known for _, c in costs):
         on = f"{duration(seconds / cores)} on {cores} core{'s' if cores > 1 else ''}"
         takes = f"about {hours(seconds)}, {on}, {disk / 1e9:.2g} GB"
     return [
         f"{plan.sweep.name}: {points_} points, {runs} runs{f' ({seeds} seeds)' if seeds > 1 else ''}{constrained}",
-        f"{runs - len(costs)} are in the store, {len(costs)} to run: {takes}",
+        f"{stored} are in the store, {len(costs)} to run{same}: {takes}",
     ]
 
 

@@ -103,15 +103,14 @@ def effects(sweep: Sweep, made: pd.DataFrame, result: str, seeded: bool = True) 
     variance, freedom, error = _error(rows, result, residual, sum(c.shape[1] for c in columns.values()))
     if not seeded:
         freedom, error = 0, "none, as there are no seeds: nothing is tested"
+    variance = max(variance, (statistics.ROUND_OFF * float(np.abs(y).max())) ** 2)
     found, p_values = [], []
     for axes, inside in columns.items():
         without = _fit({k: c for k, c in columns.items() if k != axes}, y)[0]
         explained, count = without - residual, inside.shape[1]
         fitted = inside @ coefficients[axes]
         found.append((axes, explained / float(((y - y.mean()) ** 2).sum()), float(np.ptp(fitted))))
-        p_values.append(
-            1.0 if freedom == 0 else float(stats.f.sf(explained / count / max(variance, 1e-300), count, freedom))
-        )
+        p_values.append(1.0 if freedom == 0 else float(stats.f.sf(explained / count / variance, count, freedom)))
     adjusted = [f.p for f in holm([Finding(0.0, 0, p) for p in p_values])]
     terms = [Term(axes, s, c, p if freedom else None) for (axes, s, c), p in zip(found, adjusted, strict=True)]
     return Effects(terms, error, left_out)
@@ -196,9 +195,9 @@ def _alike(groups: dict[int, Floats], best: int, others: list[int], scatter: flo
     """Return points whose mean is not significantly worse: t tests with the pooled scatter, Holm over the points."""
     if freedom == 0:
         return []
-    found = []
+    found, least = [], statistics.ROUND_OFF * max(float(np.abs(v).max()) for v in groups.values())
     for n in others:
-        error = max(scatter * np.sqrt(1.0 / len(groups[n]) + 1.0 / len(groups[best])), 1e-300)
+        error = max(scatter * np.sqrt(1.0 / len(groups[n]) + 1.0 / len(groups[best])), least) or 1.0
         t = abs(groups[n].mean() - groups[best].mean()) / error
         found.append(Finding(float(t), 0, float(2.0 * stats.t.sf(t, freedom))))
     return [n for n, f in zip(others, holm(found), strict=True) if f.p > LEVEL]

@@ -38,8 +38,11 @@ def carry_out(asked: Plan, cores: int, ranks: int, more: int, say: Say) -> pd.Da
     sweep_folder.claim(asked.folder, asked.file)
     made = _run(asked, missing, cores, ranks, say)
     if more:
+        before = len(asked.added)
         adaptive.add(asked, made, more)
         asked = plan.Plan(asked.file, asked.sweep, asked.kind, asked.store, asked.folder)
+        if (added := len(asked.added) - before) < more:
+            say(f"{added} of {more} points are added: all others between the ends of the axes are points already")
         made = _run(asked, check(asked, cores, say), cores, ranks, say)
     for line in finish(asked, made):
         say(line)

@@ -8,6 +8,7 @@ curve.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -53,9 +54,21 @@ def products(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -
     table["in"] = plans.enters(dict(scene), of.kind) * scene["time_step_s"]
     gone = retired.table(folder)
     gone = gone.assign(out=gone["step"] * scene["time_step_s"], product=gone["outlet"].map(names), m3=gone["film"])
-    table = table.merge(gone[["id", "out", "product", "m3"]], on="id")
+    table = table.merge(gone[["id", "out", "product", "m3"]], on="id", how="left")
+    if not any(c.get("insertion") for c in scene["classes"]):
+        return _of_outlets(folder, scene, of, table)
     table = table[table["product"].notna()]
     return table[(table["out"] > given["from_s"]) & (table["out"] <= given["to_s"])].reset_index(drop=True)
+
+
+def _of_outlets(folder: Path, scene: Mapping[str, Any], of: Bodies, table: pd.DataFrame) -> pd.DataFrame:
+    """Of a batch all that left counts; what stays is overs where there is one deck, with its liquid at the last output."""
+    if not {o.get("product") for o in scene["outlets"]} & {*LEVELS[1:]}:
+        last = deque(outputs(folder, scene, of, ["z"]), maxlen=1)[0]
+        stays = table["out"].isna()
+        table.loc[stays, "product"] = "overs"
+        table.loc[stays, "m3"] = last.on[stays]
+    return table[table["product"].notna()].reset_index(drop=True)
 
 
 def _of_batch(folder: Path, scene: Mapping[str, Any], of: Bodies, table: pd.DataFrame) -> pd.DataFrame:
@@ -87,13 +100,17 @@ ROUND_OFF = 1e-12
 
 
 def size_of(sizes: list[tuple[float, float, float]], share: float) -> float | None:
-    """Return the size [mm] at which the curve first crosses a share; None if it does not."""
-    before: tuple[float, float] | None = None
-    for d, over, under in sizes:
+    """Return the size [mm] at which the curve, from the coarse end, first falls to a share; None if it does not."""
+    above: tuple[float, float] | None = None
+    for d, over, under in reversed(sizes):
         t = over / (over + under)
-        if before is not None and before[1] - ROUND_OFF <= share <= t + ROUND_OFF and t > before[1]:
-            return (before[0] * (t - share) + d * (share - before[1])) / (t - before[1])
-        before = d, t
+        if t > share + ROUND_OFF:
+            above = d, t
+        elif above is not None:
+            return (d * (above[1] - share) + above[0] * (share - t)) / (above[1] - t)
+        else:
+            rises = any(o < (share - ROUND_OFF) * (o + u) for _, o, u in sizes)
+            return d if rises and t >= share - ROUND_OFF else None
     return None
 
 
@@ -107,7 +124,7 @@ def place_of(sizes: list[tuple[float, float, float]], cut: float | None) -> str:
     apart = [(over - under) / (over + under) for _, over, under in sizes]
     if min(apart) > 2.0 * ROUND_OFF:
         return "below the smallest size"
-    return "above the largest size" if max(apart) < -2.0 * ROUND_OFF else "T does not rise through 0.5"
+    return "above the largest size" if max(apart) < -2.0 * ROUND_OFF else "T does not stay above 0.5"
 
 
 def cut_interval(rows: pd.DataFrame) -> tuple[float | None, float | None]:
@@ -200,8 +217,8 @@ def numbers(rows: pd.DataFrame, scene: Mapping[str, Any], given: Mapping[str, An
         feed = math.fsum((fine_over, fine_under, coarse_over, coarse_under))
         unders, overs = fine_under + coarse_under, coarse_over + fine_over
         values = (
-            (fine_over + fine_under) / feed, undersize, oversize, fine_under / unders if unders else 1.0,
-            coarse_over / overs if overs else 1.0, undersize - 1.0 + oversize, oversize * undersize,
+            (fine_over + fine_under) / feed, undersize, oversize, fine_under / unders if unders else None,
+            coarse_over / overs if overs else None, undersize - 1.0 + oversize, oversize * undersize,
             (fine_over + coarse_under) / feed,
         )  # fmt: skip
         found |= dict(zip(SHARES, values, strict=True))

@@ -67,6 +67,10 @@ def test_a_made_up_deck(tmp_path: Path) -> None:
         assert found.loc[name, "residence_times"] == pytest.approx(np.exp(-k * (stay - DELAY)).mean(), rel=1e-3)
         assert found.loc[name, "plug_flow"] == pytest.approx(np.exp(-k * (stay.mean() - DELAY)), rel=1e-3)
     assert found.loc["4 mm", ["plug_flow", "residence_times"]].tolist() == [1.0, 1.0]
+    one = CliRunner().invoke(app, ["kinetics", str(seeds[0]), "--deck", str(deck)])
+    alone = batch_to_deck.predict(seeds[:1], deck).set_index("class")
+    assert one.exit_code == 0 and f"{100 * alone.loc['3 mm', 'plug_flow']:.1f}  " in one.output  # ± what is not known
+    assert np.isnan(alone.loc["3 mm", "plug_flow_half"])
     out = tmp_path / "found.csv"
     printed = CliRunner().invoke(app, ["kinetics", *map(str, seeds), "--deck", str(deck), "--out", str(out)])
     assert printed.exit_code == 0 and f"{100 * found.loc['3 mm', 'plug_flow']:.1f} ±" in printed.output

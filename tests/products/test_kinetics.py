@@ -38,6 +38,21 @@ def test_laws_begin_at_one_and_the_crowded_one_is_smooth() -> None:
     assert np.diff(y) == pytest.approx([-0.2e-6, -0.2e-6], rel=1e-3)
 
 
+def test_no_law_falls_below_zero_however_long() -> None:
+    """A curve that is straight to its end: the constant rate does not go on when all has passed."""
+    t = np.linspace(0.0, 3.0, 61)
+    y = 1.0 - 0.3 * np.maximum(t - 0.1, 0.0) + np.random.default_rng(1).normal(0.0, 0.003, len(t))
+    for law in kinetics.LAWS:
+        beyond = law(np.linspace(0.0, 30.0, 301), *kinetics.fit(law, t, y)[0])
+        assert beyond.min() >= 0.0 and beyond.max() <= 1.0
+
+
+def test_a_curve_of_a_few_hundredths_of_a_second_is_fitted() -> None:
+    t = np.linspace(0.0, 0.06, 7)
+    values, _ = kinetics.fit(kinetics.LAWS[0], t, kinetics.LAWS[0](t, 0.01, 2.0))
+    assert values == pytest.approx([0.01, 2.0], rel=1e-3)
+
+
 @pytest.mark.parametrize("right", ["power of time", "crowded, then first order"])
 def test_the_right_law_is_ranked_first(right: str) -> None:
     """On seeds that were not fitted, where first order is wrong by several per cent."""

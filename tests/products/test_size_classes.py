@@ -69,6 +69,18 @@ def test_a_class_from_zero_is_cut_above_a_thousandth_of_the_limit(tmp_path: Path
     assert sizes.below == pytest.approx(0.5 - above)
 
 
+def test_what_passes_a_size_of_zero_is_left_out_as_finer(tmp_path: Path) -> None:
+    (tmp_path / "sieve.csv").write_text("0,3\n1,40\n2,100\n")
+    sizes = SizeDistribution(file=Path("sieve.csv"), smallest_mm=1).sizes(tmp_path)
+    assert (sizes.below, sizes.above) == pytest.approx((0.4, 0.0)) and sizes.share == pytest.approx([1.0])
+
+
+def test_limits_between_which_a_file_has_no_mass_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "sieve.csv").write_text("0.5,1,50\n1,2,0\n2,4,50\n")
+    with raises_code("psd.empty"):
+        SizeDistribution(file=Path("sieve.csv"), smallest_mm=1, largest_mm=2).sizes(tmp_path)
+
+
 @pytest.mark.parametrize(
     ("given", "passing"),
     [

@@ -90,4 +90,6 @@ def test_cost_is_that_of_the_plan_and_disk_counts_every_run(tmp_path: Path) -> N
     assert five[0].seconds == pytest.approx(need.seconds + FINISHING_S + FINISHING_S_PER_B * need.disk_B)
     lines = plan.lines(of, costs, cores=2)
     assert lines[0] == "moisture: 2 points, 4 runs (2 seeds)"
+    assert lines[1].startswith("0 are in the store, 4 to run: ")
     assert "core-hours" in lines[1] and lines[1].endswith("GB")
+    assert plan.lines(of, costs[:1], cores=2)[1].startswith("3 are in the store, 1 to run: ")

@@ -120,6 +120,28 @@ def test_next_points_go_where_no_point_is_and_where_interpolations_differ() -> N
     assert 0.5 < found["a"] < 0.8
 
 
+def test_no_whole_number_is_added_twice() -> None:
+    """Of 1 to 6 three are points; the other three are added, and no fourth."""
+    axes = {"n": Axis(low=1.0, high=6.0, whole=True)}
+    there = np.array([1.0, 3.0, 6.0])
+    found = adaptive.least_known((there[:, None] - 1.0) / 5.0, there**2, 4, axes, [])
+    assert sorted(point["n"] for point in found) == [2, 4, 5]
+
+
+def test_round_off_of_a_result_without_scatter_is_not_significant(sweep: Sweep) -> None:
+    """A result that depends on one axis alone and not on the seed: no other term is significant, and four points are the best."""
+    random = np.random.default_rng(5)
+    made = table_of(sweep, 2, 0.0)
+    for _ in range(50):
+        level = dict(zip(AXES["a"], random.uniform(1.0, 10.0, 3), strict=True))
+        found = significance.effects(sweep, made.assign(e_n=made["a"].map(level)), "e_n")
+        assert found is not None and [t.name for t in found.terms if t.significant] == ["a"]
+        best = significance.optimum(
+            sweep, made.assign(e_n=made["a"].map(level) * (1.0 + 1e-15 * made["b"])), "e_n", True
+        )
+        assert best is not None and len(best.alike) == 4  # all points with this a
+
+
 def _interpolated(places: np.ndarray, values: np.ndarray, at: np.ndarray, power: int) -> np.ndarray:
     """Radial-basis interpolation by the dense system: -r with a constant, or r³ with a plane."""
 

@@ -45,6 +45,9 @@ def test_a_step_of_drag_is_shorter_than_the_dry_one() -> None:
     soft, hard = (step_choice.of_packing(classes, bodies.contacts(1, k), 0.1) for k in (1e3, 1e5))
     assert soft / hard == pytest.approx(10.0, rel=0.1)
     assert step_choice.of_packing(classes, bodies.contacts(1, 1e3), 0.1, viscosity_Pa_s=10.0) < 0.1 * soft
+    # a wall has twice the relative mass and four times the drag of two spheres
+    each = {p.b: step_choice.of_packing(classes, [p], 1.0, viscosity_Pa_s=10.0) for p in bodies.contacts(1, 1e3)}
+    assert each[0] / each[1] == pytest.approx(0.5, rel=0.05)
 
 
 def test_a_step_of_hertz_contacts_is_a_fifth_of_the_rayleigh_time() -> None:
