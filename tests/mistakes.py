@@ -342,6 +342,7 @@ def mistakes() -> dict[str, Call]:
         "surface.large": lambda _: surface.make_surface("floor", "wall", [(triangles(4, 1e3), None)]),
         "surface.parts": lambda _: surface.check_surface(box),  # type: ignore[arg-type]
         "screen.late": lambda _: late(),
+        "screen.from_batch": lambda folder: streams.read(RunDir(synthetic.make(folder / "run", moist=False)), 0.1),
         "transfer.no_solution": lambda _: patched(
             transfer, "_first", lambda *_: None,
             lambda: transfer.transfer_table(2e-3, 1e-3, 0.5, 0.5, SPHERE),

@@ -53,13 +53,18 @@ def read(run: RunDir, from_s: float | None = None, deck: int = 1) -> Streams:
     Raises
     ------
     PywetError
-        For a run with neither a collecting bin nor outlets named as products, or without that deck.
+        For a run with neither a collecting bin nor outlets named as products, or without that deck; for `from_s` of a batch.
     """
     most = decks(run.scene)
     if not 1 <= deck <= most:
         raise PywetError(
             f"{run.path}: deck {deck} was asked for; expected one from 1 to {most}, counted from above",
             code="screen.deck", key="--deck", given=deck, expected=most, where=run.path,
+        )  # fmt: skip
+    if from_s and run.scene.insertion_s is None:
+        raise PywetError(
+            f"--from {from_s:g} s; {run.path} is a batch, all of which is evaluated; expected a run with a feed, or no --from",
+            code="screen.from_batch", key="--from", given=from_s, where=run.path,
         )  # fmt: skip
     if run.scene.outlets:
         return _of_outlets(run, from_s, deck)
