@@ -20,6 +20,12 @@ def nearest(ways: Floats, period: Sequence[float] | Floats) -> Floats:
     return np.asarray(ways - length * np.rint(ways / np.where(length > 0.0, length, np.inf)))
 
 
+def copies(at: Floats, period: Sequence[float] | Floats) -> Floats:
+    """Return points (N, 3) and their copies on both sides along each periodic axis, (copies, N, 3)."""
+    shifts = [sign * np.diag(period)[k] for k in np.flatnonzero(period) for sign in (-1.0, 1.0)]
+    return np.stack([at, *(at + shift for shift in shifts)])
+
+
 def near_pairs(at: Floats, reach: float, low: Sequence[float] | Floats, period: Sequence[float] | Floats) -> Ints:
     """Return index pairs of points (N, 3) within reach of each other or of a copy; `low`: lower corner of the box [m]."""
     length = np.asarray(period)

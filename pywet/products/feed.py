@@ -13,6 +13,8 @@ from pywet.scene import Positive
 
 G_PER_S = 1e6 / 3600.0
 """Factor from t/h to g/s."""
+MOST_PERCENT = 100.0
+"""Largest amount of liquid in % of the dry mass, as of `spheres`."""
 
 
 class FeedAmount(Excusable):
@@ -35,6 +37,10 @@ class FeedAmount(Excusable):
     def _one_amount(self) -> Self:
         if (self.mass_g is None) == (self.rate_t_per_h is None):
             raise ValueError("feed: a mass_g or a rate_t_per_h, one of them")
+        if self.rate_of == "moist" and self.moisture_percent is None:
+            raise ValueError("feed: a moisture_percent with rate_of: moist")
+        if (self.dry_percent or 0.0) > MOST_PERCENT:
+            raise ValueError(f"feed: a moisture of at most {MOST_PERCENT:g} % of the dry mass")
         return self
 
     @property
@@ -59,10 +65,15 @@ def entries(
     sizes, total = amount.psd.sizes(folder), amount.dry_g(for_s)
     percent = {} if amount.dry_percent is None else {"percent": amount.dry_percent}
     found = [
-        {**common, **percent, "name": f"{name} {d:.4g} mm", "diameter_mm": float(d), "mass_g": float(total * share)}
-        for d, share in zip(sizes.diameter_mm, sizes.share, strict=True)
+        {**common, **percent, "name": of_size, "diameter_mm": float(d), "mass_g": float(total * share)}
+        for of_size, d, share in zip(entry_names(name, sizes), sizes.diameter_mm, sizes.share, strict=True)
     ]
     return found, sizes
+
+
+def entry_names(name: str, sizes: Sizes) -> list[str]:
+    """Return the name of the entry of each size of a feed."""
+    return [f"{name} {d:.4g} mm" for d in sizes.diameter_mm]
 
 
 def sentence(name: str, sizes: Sizes, spheres: int) -> str:

@@ -1,7 +1,7 @@
 """Outlets of a user-defined scene: named regions in which spheres leave the run, with their films.
 
-Spheres in an outlet are removed at intervals of at most 0.02 s; until then they continue to fall within the simulated
-box.
+Spheres in an outlet are removed at intervals of at most 0.02 s, or at every output if that is rarer; until then they
+continue to fall within the simulated box.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from pywet.scene import Bound, Identifier, Product, Vector
 
 MM = 1e-3
 PRODUCTS: tuple[Product, ...] = get_args(Product)
-LONGEST_S = 2.0 * OUTLET_EVERY_S
-"""Longest time [s] of a sphere in an outlet: a removal step within a sampling window is skipped."""
+SKIPPED = 2.0
+"""Longest time of a sphere in an outlet, in intervals: a removal step within a sampling window is skipped."""
 MOST_REACH = 2.0
 """Largest extension [m] of a box beyond its outlets: faster spheres leave the box, and the run stops."""
 
@@ -71,18 +71,27 @@ def _in_m(corner: Bound) -> Bound:
     return x, y, z
 
 
-def reach(speed: float, gravity: Vector) -> Floats:
-    """Bound the distances [m] along x, y, z that a sphere of this speed [m/s] moves into an outlet before it is removed."""
-    return np.minimum(speed * LONGEST_S + 0.5 * np.abs(np.array(gravity)) * LONGEST_S**2, MOST_REACH)
+def reach(speed: float, gravity: Vector, output_s: float | None = None) -> Floats:
+    """Bound the distances [m] along x, y, z that a sphere of this speed [m/s] moves into an outlet before it is removed.
+
+    `output_s`: interval of the outputs [s] if it is given.
+    """
+    longest = SKIPPED * max(OUTLET_EVERY_S, output_s or 0.0)
+    return np.minimum(speed * longest + 0.5 * np.abs(np.array(gravity)) * longest**2, MOST_REACH)
 
 
 def with_reach(
-    outlets: Sequence[typed.Outlet], low: Floats, high: Floats, speed: float, gravity: Vector
+    outlets: Sequence[typed.Outlet],
+    low: Floats,
+    high: Floats,
+    speed: float,
+    gravity: Vector,
+    output_s: float | None = None,
 ) -> tuple[Floats, Floats]:
     """Enlarge the corners of a box for spheres that enter an outlet before they are removed."""
     if not outlets:
         return low, high
-    far = reach(speed, gravity)
+    far = reach(speed, gravity, output_s)
     lows, highs = [low], [high]
     for outlet in outlets:  # spheres enter at the finite bound; at the open end they leave
         lows.append([low[k] if b is None else b for k, b in enumerate(outlet.high_m)] - far)
@@ -90,10 +99,12 @@ def with_reach(
     return np.minimum.reduce(lows), np.maximum.reduce(highs)
 
 
-def refuse_thin(scene: str, outlets: Sequence[Outlet], speed: float, gravity: Vector) -> None:
+def refuse_thin(
+    scene: str, outlets: Sequence[Outlet], speed: float, gravity: Vector, output_s: float | None = None
+) -> None:
     """Refuse an outlet so thin that spheres can fall through it between two checks."""
     axis = int(np.argmax(np.abs(gravity)))
-    way = 1e3 * reach(speed, gravity)[axis]
+    way = 1e3 * reach(speed, gravity, output_s)[axis]
     for outlet in outlets:
         low, high = outlet.low_mm[axis], outlet.high_mm[axis]
         if any(gravity) and low is not None and high is not None and high - low < way:

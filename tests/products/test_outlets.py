@@ -17,6 +17,7 @@ from pywet.cases.custom import building
 from pywet.engines import schedule
 from pywet.engines.liggghts import driver
 from pywet.engines.liggghts.checkpoint import saved as saved_name
+from pywet.products import outlets
 from pywet.report import browser, ovito, render, scene_page, sketch, vtk, vtkhdf
 from pywet.runs.rundir import RunDir
 from pywet.runs.tables import ledger_error
@@ -263,3 +264,9 @@ def test_the_box_holds_who_passes_an_outlet() -> None:
     assert low[1] == pytest.approx(made.extent[0][1] - way[1]) and high[1] == pytest.approx(made.extent[1][1] + way[1])
     tilted = building.Building(scene(origin_mm=(0, 0, 5)))
     assert tilted.outlets[0].high_m == pytest.approx((-0.001, None, -0.002))
+
+
+def test_spheres_reach_further_into_an_outlet_that_is_looked_at_rarely() -> None:
+    """At 1 m/s without gravity: two intervals of 0.02 s, or of the outputs where they are longer."""
+    ways = [outlets.reach(1.0, (0.0, 0.0, 0.0), s)[2] for s in (None, 0.01, 0.5)]
+    assert ways == pytest.approx([0.04, 0.04, 1.0])

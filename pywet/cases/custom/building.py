@@ -49,6 +49,7 @@ from pywet.planning.size_distribution import amounts as whole_amounts
 from pywet.planning.surroundings import Surroundings
 from pywet.planning.time_steps import hertz_lines
 from pywet.products import until
+from pywet.products.feed import entry_names
 from pywet.products.feed import sentence as feed_sentence
 from pywet.products.outlets import refuse_thin, with_reach
 from pywet.runs.rundir import placed
@@ -212,7 +213,7 @@ class Building:
         """Corners of a box around all spheres at the start, their paths until they enter, and all walls wherever they move."""
         corners = [self._there(self.spheres)[[*"xyz"]].to_numpy(), ways(self.classes, self.spheres, self.ahead_s)[0]]
         for surface, motion in zip(self.surfaces, self.motions, strict=True):
-            corners += [surface.vertices, *extent.moved(surface.vertices, motion)]
+            corners += [surface.vertices, *extent.moved(surface.vertices, motion, self.user_scene.duration_s)]
         margin = MARGIN_M + 2.0 * max(c.radius_m for c in self.classes)
         everything = np.concatenate(corners)
         return everything.min(axis=0) - margin, everything.max(axis=0) + margin
@@ -226,7 +227,7 @@ class Building:
     def box(self) -> tuple[Floats, Floats]:
         """Return the corners of the simulated region: its extent and space for spheres that walls or outlets displace."""
         scene, cell = self.user_scene, 2.0 * max(c.radius_m for c in self.classes)
-        low, high = with_reach(self.outlets, *self.extent, self.speed, scene.gravity_m_per_s2)
+        low, high = with_reach(self.outlets, *self.extent, self.speed, scene.gravity_m_per_s2, scene.results.interval_s)
         extent.refuse_vast(scene.name, low, high, cell)
         below, above = extent.thrown(self.wall_speed, scene.gravity_m_per_s2, scene.duration_s)
         if scene.periodic is not None:
@@ -238,8 +239,9 @@ class Building:
     @cached_property
     def outlets(self) -> tuple[typed.Outlet, ...]:
         """Return the regions in which spheres are removed; refuse one that is too thin for the fastest sphere."""
-        refuse_thin(self.user_scene.name, self.user_scene.outlets, self.speed, self.user_scene.gravity_m_per_s2)
-        return tuple(outlet.region() for outlet in self.user_scene.outlets)
+        scene = self.user_scene
+        refuse_thin(scene.name, scene.outlets, self.speed, scene.gravity_m_per_s2, scene.results.interval_s)
+        return tuple(outlet.region() for outlet in scene.outlets)
 
     @property
     def speed(self) -> float:
@@ -381,7 +383,7 @@ def feeds(user_scene: Scene, classes: Sequence[typed.SphereClass]) -> list[str]:
     """Describe each feed of a scene: number and sizes of spheres, mass left out."""
     of = {feed.name: feed.psd.sizes(user_scene.folder) for feed in user_scene.feed}
     return [
-        feed_sentence(name, sizes, sum(c.count for c in classes if c.name.startswith(f"{name} ")))
+        feed_sentence(name, sizes, sum(c.count for c in classes if c.name in {*entry_names(name, sizes)}))
         for name, sizes in of.items()
     ]
 
@@ -454,10 +456,12 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
 
     on_way, size = ways(made.classes, table, made.ahead_s)
     at, radius = np.concatenate([at, on_way]), np.concatenate([radius, size])
+    copies = periodic.copies(at, period)
     for wall, surface in zip(made.user_scene.walls, made.surfaces, strict=True):
         faces = np.insert(surface.triangles, 0, 3, axis=1).ravel()
-        distance = pv.PolyData(at).compute_implicit_distance(pv.PolyData(surface.vertices, faces))["implicit_distance"]
-        inside = np.asarray(distance) < TOUCHING * radius
+        solid = pv.PolyData(surface.vertices, faces)
+        distance = pv.PolyData(copies.reshape(-1, 3)).compute_implicit_distance(solid)["implicit_distance"]
+        inside = np.asarray(distance).reshape(len(copies), -1).min(axis=0) < TOUCHING * radius
         if inside.any():
             first = placed(at[inside][0], made.origin_mm)
             raise ConfigError(

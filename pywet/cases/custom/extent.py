@@ -24,10 +24,11 @@ IMPACT_SPEED_RATIO = 2.0
 """Speed of a thrown sphere over that of the wall, for an elastic impact."""
 
 
-def moved(at: Floats, motion: EngineMotion | None) -> list[Floats]:
-    """Return points that span, with `at` (n, 3), a box around all positions of the corners of a wall [m]."""
+def moved(at: Floats, motion: EngineMotion | None, duration_s: float = math.inf) -> list[Floats]:
+    """Return points that span, with `at` (n, 3), a box around all positions of the corners of a wall [m] in a run."""
     if isinstance(motion, Slide):
-        return [at + motion.travel_s * np.array(motion.velocity_m_per_s)]
+        travel_s = max(0.0, min(motion.travel_s, duration_s - motion.opens_at_s))
+        return [at + travel_s * np.array(motion.velocity_m_per_s)]
     if isinstance(motion, Vibration):
         return [at + sign * 2.0 * np.array(motion.amplitude_m) for sign in (-1.0, 1.0)]
     if isinstance(motion, Rotation):

@@ -29,7 +29,8 @@ def ahead_s(scene: Scene, classes: Sequence[SphereClass], wall_speed: float) -> 
     """Return the time [s] before its insertion at which a sphere is created; None: all exist from the start.
 
     It covers the interval of checkpoints and a path out of reach of the bed: a sphere that leaves a wall at u, the sum of
-    `IMPACT_SPEED_RATIO` times the wall's speed and the speed of insertion, rises by u²/(2g).
+    `IMPACT_SPEED_RATIO` times the wall's speed and the speed of insertion, rises by u²/(2g). The first sphere exists from the
+    start, which the engine needs.
     """
     speeds = [math.hypot(*s.velocity_m_per_s) for s in scene.spheres if s.insertion]
     g = math.hypot(*scene.gravity_m_per_s2)
@@ -37,7 +38,8 @@ def ahead_s(scene: Scene, classes: Sequence[SphereClass], wall_speed: float) -> 
         return None
     most = max((IMPACT_SPEED_RATIO * wall_speed + v) ** 2 / (2.0 * g * v) for v in speeds)
     clear = most + 2.0 * max(c.radius_m for c in classes) / min(speeds)
-    return max(OUTLET_EVERY_S, scene.results.interval_s or 0.0) + clear
+    first = min(c.insertion.at(0, c.count) if c.insertion else 0.0 for c in classes if c.count)
+    return max(max(OUTLET_EVERY_S, scene.results.interval_s or 0.0) + clear, first)
 
 
 def waiting(

@@ -54,6 +54,8 @@ def _moved(entry: Any, origin: Vector) -> Any:
         value = getattr(entry, key)
         if key in ("low_mm", "high_mm"):
             changes[key] = _less(value, origin)
+        elif key == "origin_mm" and isinstance(entry, Wall) and entry.stl is None:
+            continue
         elif key == "origin_mm":  # subtracted from the coordinates of a wall's STL file
             sign = -1.0 if isinstance(entry, Wall) else 1.0
             changes[key] = _less(value, tuple(sign * x for x in origin))

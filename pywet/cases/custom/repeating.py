@@ -33,7 +33,7 @@ def refuse_beyond(scene: Scene, table: pd.DataFrame) -> None:
         return
     low, high = faces_m(periodic)
     at = table[periodic.axis].to_numpy(dtype=float)
-    out = np.flatnonzero((at < low) | (at >= high))
+    out = np.flatnonzero((at < low - SAME_POINT_M) | (at >= high))
     if len(out):
         entry = scene.spheres[int(table["type"].iloc[out[0]]) - 1]
         raise _refused(

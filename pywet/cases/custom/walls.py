@@ -304,6 +304,8 @@ class Removed(Excusable):
 
 
 SHAPES = ("stl", "block", "tube", "disc", "vessel", "bars", "punched")
+OF_STL = ("stl_unit", "origin_mm", "half_width_mm", "shell_thickness_mm")
+"""Keys of a wall that only an STL file has."""
 MOTIONS: dict[str, Motion] = {"vibrates": "vibrates", "turns": "turns", "moves": "slides", "removed": "slides"}
 """Key of a motion -> its name in the engine."""
 
@@ -352,6 +354,9 @@ class Wall(Excusable):
     def _one_shape(self) -> Self:
         chosen(self, *SHAPES)
         chosen(self, *MOTIONS, needed=False)
+        defaults = {key: type(self).model_fields[key].default for key in OF_STL}
+        if self.stl is None and (given := [key for key, value in defaults.items() if getattr(self, key) != value]):
+            raise ValueError(f"wall {self.name}: {given[0]} with stl only")
         return self
 
     @property

@@ -192,7 +192,7 @@ def _data(found: Facts, file: str) -> None:
     ends = [re.search(rf"^\s*(\S+)\s+(\S+)\s+{axis}lo\s+{axis}hi", text, re.MULTILINE) for axis in "xyz"]
     if all(ends):
         found.box = tuple(float(end) for match in ends if match for end in match.groups())
-    part = re.search(r"^Atoms\s*\n\s*\n(.*?)(?:\n\s*\n|\Z)", text, re.MULTILINE | re.DOTALL)
+    part = re.search(r"^Atoms[^\n]*\n\s*\n(.*?)(?:\n\s*\n|\Z)", text, re.MULTILINE | re.DOTALL)
     rows = [line.split()[1:4] for line in part[1].splitlines()] if part else []
     for atom_type, diameter, density in sorted({tuple(row) for row in rows if len(row) == 3}):
         found.kinds.append(Kind(f"data file {file}", int(atom_type), 0.5 * float(diameter), float(density)))

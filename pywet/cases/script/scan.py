@@ -42,10 +42,7 @@ def commands(path: Path, depth: int = 0, variables: Variables | None = None) -> 
         )  # fmt: skip
     text = read_bytes(path, "a script of LIGGGHTS").decode(errors="replace")
     for row in re.sub(r"&[ \t]*\n", " ", text).splitlines():
-        try:
-            words = shlex.split(row, comments=True)
-        except ValueError:  # an unclosed quote: the engine reports it
-            words = row.split("#")[0].split()
+        words = _words(row)
         if variables:
             words = variables.filled(words)
             variables.learn(words)
@@ -54,7 +51,15 @@ def commands(path: Path, depth: int = 0, variables: Variables | None = None) -> 
         if words[:1] == ["include"] and len(words) == 2 and "$" not in words[1]:
             yield from commands(Path(words[1]), depth + 1, variables)
         elif words:
-            yield from map(shlex.split, _hidden(words))
+            yield from (inner for text in _hidden(words) if (inner := _words(text)))
+
+
+def _words(row: str) -> list[str]:
+    """Divide a command into words; an unclosed quote is reported by the engine."""
+    try:
+        return shlex.split(row, comments=True)
+    except ValueError:
+        return row.split("#")[0].split()
 
 
 def _hidden(words: list[str]) -> list[str]:
@@ -71,8 +76,8 @@ def meshes_of(words: list[str]) -> list[str]:
     """Return the meshes that a fix wall/gran names."""
     if "n_meshes" not in words or "meshes" not in words:
         return []
-    first = words.index("meshes") + 1
-    return words[first : first + int(words[words.index("n_meshes") + 1])]
+    first, number = words.index("meshes") + 1, words[words.index("n_meshes") + 1 :][:1]
+    return words[first : first + int(number[0])] if number and number[0].isdigit() else []
 
 
 def scan(path: Path, words: Sequence[str] = (), engine: str = "liggghts") -> Found:

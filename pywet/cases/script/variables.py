@@ -47,7 +47,7 @@ class Variables:
         text = re.sub(r"\bv_(\w+)", lambda m: f"({self._values.get(m[1], 'unknown')})", formula).replace("^", "**")
         try:
             return _value(ast.parse(text.strip(), mode="eval").body)
-        except (SyntaxError, ValueError, ArithmeticError, RecursionError):
+        except (SyntaxError, ValueError, TypeError, ArithmeticError, RecursionError):
             return None
 
 
@@ -55,6 +55,9 @@ def _value(node: ast.expr) -> float:
     match node:
         case ast.Constant(value=int() | float() as value):
             return float(value)
+        # the engine goes from left to right, and a sign binds more tightly than a power; Python does the opposite
+        case ast.BinOp(_, ast.Pow(), ast.BinOp(_, ast.Pow(), _)) | ast.UnaryOp(_, ast.BinOp(_, ast.Pow(), _)):
+            raise ValueError("expected brackets")
         case ast.BinOp(left, op, right) if type(op) in OPERATORS:
             return float(OPERATORS[type(op)](_value(left), _value(right)))
         case ast.UnaryOp(op, operand) if type(op) in OPERATORS:

@@ -76,6 +76,8 @@ def test_the_box_holds_walls_wherever_they_move() -> None:
         ({"spheres": [{**beads()["spheres"][0], "count": 5000}]}, "packing.crowded"),
         ({"walls": [{"name": "floor", "block": {"low_mm": (0, 0, 0), "high_mm": (20, 20, 9)}}]}, "scene.in_wall"),
         ({"walls": [{"name": "lid", "stl": "none.stl"}]}, "stl.missing"),
+        ({"walls": [{"name": "w", "disc": {"diameter_mm": 9}, "half_width_mm": 2}]}, "config.inconsistent"),
+        ({"walls": [{"name": "w", "disc": {"diameter_mm": 9}, "origin_mm": [0, 0, 9]}]}, "config.inconsistent"),
         ({"walls": [{"name": "gravity", "vessel": {"inner_width_mm": 90, "height_mm": 90}}]}, "config.inconsistent"),
     ],
 )

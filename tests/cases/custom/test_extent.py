@@ -85,6 +85,12 @@ def test_a_paddle_about_a_tilted_axis_reaches_as_far_as_it_is_long_over_the_root
     assert reached.max(axis=0) == pytest.approx([0.06, 0.0424264, 0.0424264], rel=1e-5)
 
 
+def test_a_wall_that_moves_longer_than_the_run_reaches_as_far_as_in_the_run() -> None:
+    """At 0.5 m/s from 0.2 s on: 0.4 m in a run of 1 s, however long it would go on."""
+    slide = typed.Slide(velocity_m_per_s=(0.5, 0.0, 0.0), opens_at_s=0.2, travel_s=100.0)
+    assert extent.moved(np.zeros((1, 3)), slide, 1.0)[0][0] == pytest.approx([0.4, 0.0, 0.0])
+
+
 @settings(max_examples=60, deadline=None)
 @given(
     v=st.tuples(*[st.floats(-1.0, 1.0)] * 3), speed=st.floats(0.01, 5.0), gravity=st.tuples(*[st.floats(-9.81, 9.81)] * 3),

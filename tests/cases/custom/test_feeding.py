@@ -155,3 +155,19 @@ def test_rates_over_time(profile: str) -> None:
     }
     assert come == pytest.approx(want[profile], abs=5e-4)
     assert enter_times(insertion.model_dump(), 4000) == pytest.approx(at + 1.0, rel=1e-14)
+
+
+@pytest.mark.engine
+def test_a_feed_that_begins_late_begins(tmp_path: Path) -> None:
+    """The engine needs one sphere at the start: the first one waits; the replay agrees with the run."""
+    entry = {
+        **inserted()["spheres"][0],
+        "count": 3,
+        "velocity_m_per_s": (0, 0, -1),
+        "insertion": {"from_s": 0.3, "for_s": 0.02},
+    }
+    below = {"name": "below", "high_mm": (None, None, -10)}
+    scene = pywet.Scene(**beads(duration_s=0.4, spheres=[entry], outlets=[below], liquid={"percent": 1}))
+    made = Building(scene)
+    assert len(made._there(made.spheres)) == 1
+    assert pywet.run(scene, tmp_path / "run").summary["ranks"] == 1

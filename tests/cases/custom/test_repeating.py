@@ -38,6 +38,17 @@ def strip(**changes: Any) -> pywet.Scene:
     return pywet.Scene(**beads(**{"deck": DECK, "spheres": [ONE], **changes}))
 
 
+def test_a_sphere_in_a_wall_beyond_the_face_is_refused_and_one_on_the_face_is_not() -> None:
+    """At y = -47 mm its copy is at 53, 3 mm from a block that ends at the face; at the lower face itself it may begin."""
+    sphere = {"name": "beads", "material": "glass", "diameter_mm": 10, "at_mm": [(0.0, -47.0, 0.0)]}
+    wall = {"name": "block", "block": {"low_mm": (-20, 30, -20), "high_mm": (20, 50, 20)}}
+    there = {"periodic": {"axis": "y", "low_mm": -50, "high_mm": 50}, "spheres": [sphere]}
+    with raises_code("scene.in_wall"):
+        _ = Building(pywet.Scene(**beads(walls=[wall], **there))).spheres
+    sphere["at_mm"] = [(0.0, -50.0, 0.0)]
+    assert len(Building(pywet.Scene(**beads(**there))).spheres) == 1
+
+
 def test_a_strip_has_no_sides_and_repeats_where_its_apertures_do() -> None:
     """Half an aperture is left at both faces; wires across and the back wall are open there, all edges of bars closed."""
     made = Building(strip())

@@ -9,7 +9,7 @@ import pytest
 
 from pywet.cases.script.check import check
 from pywet.cases.script.facts import facts, height_m, triangles_of
-from pywet.cases.script.scan import scan
+from pywet.cases.script.scan import commands, meshes_of, scan
 from pywet.cases.script.variables import Variables
 from pywet.geometry.stl import write_stl
 from tests.cases.script.scripts import BEFORE, PLATE_ALONE, SHAKEN, WET, write
@@ -93,3 +93,21 @@ def test_stable_step_of_other_contact_models(
     side = 3.5 * (spring if "kn" not in more else 3e3)
     step = math.sqrt(mass / max(spring, side))
     assert any(line.strip().startswith(f"contact              {step:.2e} s") for line in lines), lines
+
+
+def test_a_formula_that_the_engine_reads_otherwise_than_python_is_unknown() -> None:
+    """Without brackets -2^2 is 4 and 2^3^2 is 64 there; a root of a negative number is none."""
+    known = Variables(())
+    for name, formula in (("a", "-2^2"), ("b", "2^3^2"), ("c", "(-8)^0.5"), ("d", "(2^3)^2")):
+        known.learn(["variable", name, "equal", formula])
+    assert [known.filled([f"${{{name}}}"]) for name in "abcd"] == [["${a}"], ["${b}"], ["${c}"], ["64"]]
+
+
+def test_commands_within_commands_that_are_empty_or_have_a_quote_are_no_error(tmp_path: Path) -> None:
+    script = tmp_path / "in.script"
+    script.write_text('if "1 > 2" then "" else "print hello"\nif "1 > 2" then "print it\'s"\n')
+    assert [words[0] for words in commands(script)] == ["if", "print", "if", "print"]
+    assert (
+        meshes_of(["fix", "w", "all", "wall/gran", "model", "hooke", "mesh", "n_meshes", "${n}", "meshes", "a", "b"])
+        == []
+    )
