@@ -245,5 +245,6 @@ def _misfit(places: Floats, values: Floats, squares: Floats, freedom: int) -> fl
     beyond = freedom - inside
     if beyond < 1 or inside < 1:
         return 1.0
-    ratio = (squares - pure) / beyond / np.maximum(pure / inside, 1e-300)
+    round_off = (ROUND_OFF * np.abs(values).max(axis=0)) ** 2
+    ratio = np.where(squares > round_off, (squares - pure) / beyond / np.maximum(pure / inside, round_off), 0.0)
     return float(min(1.0, stats.f.sf(ratio, beyond, inside).min() * len(ratio)))

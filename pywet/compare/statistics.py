@@ -100,12 +100,14 @@ def permutation(samples: Sequence[Sample]) -> list[Finding]:
     """Return p of each quantity: share of arrangements whose largest |t| over all quantities and times is at least its own."""
     n, m = len(samples[0].a), len(samples[0].b)
     joined = np.concatenate([np.concatenate([s.a, s.b]) for s in samples], axis=1)
-    largest = _largest(joined - joined.mean(0), arrangements(n, m), n, m)
+    every = arrangements(n, m)
+    largest = _largest(joined - joined.mean(0), every, n, m)
+    least = (2.0 if n == m else 1.0) / len(every)  # the arrangement itself, and for equal groups its mirror image
     findings = []
     for s in samples:
         t = np.abs(pooled_t(s.a, s.b))
         at = int(t.argmax())
-        p = float(np.mean(largest >= t[at] * (1.0 - 1e-6)))
+        p = max(float(np.mean(largest >= t[at] * (1.0 - 1e-6))), least)
         findings.append(Finding(float(t[at]), at, p))
     return findings
 

@@ -181,7 +181,7 @@ def _described(groups: list[list[RunData]], name: str, row: Row | None = None) -
         half, within = one, ", within one run each"
     if half is None:
         return f"{message}; no interval from one run each"
-    if abs(b.mean() - a.mean()) <= half:
+    if abs(b.mean() - a.mean()) <= max(half, ROUND_OFF * max(abs(a.mean()), abs(b.mean()))):
         return f"{message} ± {half:.2g} (95 %{within}): not significant"
     if row and row.different:
         return f"{message} ± {half:.2g} (95 %{within}): significant"
@@ -195,7 +195,7 @@ def _within(a: Quantity, b: Quantity) -> float | None:
     ends = [q.interval[k] if q.interval else None for q, k in zip((a, b), sides, strict=True)]
     if ends[0] is None or ends[1] is None:
         return None
-    return float(np.hypot(ends[0] - x, ends[1] - y))
+    return float(np.hypot(ends[0] - x, ends[1] - y)) or None  # without any scatter nothing is known of it
 
 
 def _mean(values: Floats) -> str:
@@ -307,8 +307,7 @@ def _screen_rows(a: RunData, b: RunData, rows: list[Row]) -> list[Row]:
     tested = [r for r in rows if a.quantities[r.quantity].of_screen and halves.get(r.quantity) is not None]
     found = []
     for row in tested:
-        half = halves[row.quantity] or 1e-300
-        t = NORMAL_95 * abs(row.b - row.a) / half
+        t = NORMAL_95 * abs(row.b - row.a) / (halves[row.quantity] or math.inf)
         found.append(statistics.Finding(t, 0, float(2.0 * norm.sf(t))))
     adjusted = dict(zip((r.quantity for r in tested), statistics.holm(found), strict=True))
     return [_judged(r, halves[r.quantity], adjusted[r.quantity]) if r.quantity in adjusted else r for r in rows]

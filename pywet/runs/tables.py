@@ -151,11 +151,11 @@ def ledger_error(ledger: pd.DataFrame) -> float:
     """Return the largest |films + bridges + walls + left + retired − initial| over all outputs.
 
     It is relative to the largest initial liquid, or in m3 without liquid. Spheres that are inserted later add
-    their liquid, so that before the first one there is no reference.
+    their liquid, so that before the first one there is no reference. It is nan if a number is nan.
     """
     held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"] + ledger["retired"]
     most = float(ledger["initial"].max())
-    return float((held - ledger["initial"]).abs().max()) / (most if most > 0.0 else 1.0)
+    return float((held - ledger["initial"]).abs().max(skipna=False)) / (most if most > 0.0 else 1.0)
 
 
 def converted(

@@ -115,7 +115,7 @@ def checks(run: RunDir, liquid: pd.DataFrame) -> list[Check]:
     """Check that no sphere is lost and that the tables account for all liquid."""
     line, initial = run.timeline, float(run.timeline.initial_film.sum())
     missing = int((~line.present & ~taken_out(run)[0]).sum(axis=1).max())
-    error = float((liquid["total_m3"] - liquid["initial_m3"]).abs().max()) / initial if initial > 0 else 0.0
+    error = float((liquid["total_m3"] - liquid["initial_m3"]).abs().max(skipna=False)) / initial if initial > 0 else 0.0
     return [
         at_most("no_particle_lost", missing, 0, f"{len(line.ids)} spheres in, {missing} missing at most"),
         at_most(
