@@ -29,6 +29,8 @@ GRID = {1: 33, 2: 9, 3: 5}
 PLACES = 33
 """Number of values of a parameter at which its profile is evaluated."""
 STARTS = 8
+EXACT = 1e-12
+"""Relative scatter below which a quantity is not random: round-off."""
 LEAST = 1e-9
 MISFIT = 0.01
 """Probability below which runs are reported not to follow the polynomial."""
@@ -245,6 +247,6 @@ def _misfit(places: Floats, values: Floats, squares: Floats, freedom: int) -> fl
     beyond = freedom - inside
     if beyond < 1 or inside < 1:
         return 1.0
-    round_off = (ROUND_OFF * np.abs(values).max(axis=0)) ** 2
+    round_off = (EXACT * np.abs(values).max(axis=0)) ** 2
     ratio = np.where(squares > round_off, (squares - pure) / beyond / np.maximum(pure / inside, round_off), 0.0)
     return float(min(1.0, stats.f.sf(ratio, beyond, inside).min() * len(ratio)))

@@ -39,6 +39,10 @@ def compare(
     with ExitStack() as held:  # held until all is written: a figure reads the runs again
         try:
             if against is not None:
+                if any((a, b, across, json_file, plot)):
+                    raise PywetError(
+                        "--digest was given with another option; expected RUN… --digest FILE alone", code="compare.groups"
+                    )
                 return _against(runs, against)
             left, right = _groups(runs, a, b)
             held.enter_context(run_folder.reading(*left, *right))

@@ -102,7 +102,8 @@ def permutation(samples: Sequence[Sample]) -> list[Finding]:
     joined = np.concatenate([np.concatenate([s.a, s.b]) for s in samples], axis=1)
     every = arrangements(n, m)
     largest = _largest(joined - joined.mean(0), every, n, m)
-    least = (2.0 if n == m else 1.0) / len(every)  # the arrangement itself, and for equal groups its mirror image
+    mirrored = n == m and len(every) == comb(n + m, n)
+    least = (2.0 if mirrored else 1.0) / len(every)  # the arrangement itself, and its mirror image
     findings = []
     for s in samples:
         t = np.abs(pooled_t(s.a, s.b))

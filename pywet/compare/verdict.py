@@ -307,7 +307,9 @@ def _screen_rows(a: RunData, b: RunData, rows: list[Row]) -> list[Row]:
     tested = [r for r in rows if a.quantities[r.quantity].of_screen and halves.get(r.quantity) is not None]
     found = []
     for row in tested:
-        t = NORMAL_95 * abs(row.b - row.a) / (halves[row.quantity] or math.inf)
+        half = halves[row.quantity]
+        assert half
+        t = NORMAL_95 * abs(row.b - row.a) / half
         found.append(statistics.Finding(t, 0, float(2.0 * norm.sf(t))))
     adjusted = dict(zip((r.quantity for r in tested), statistics.holm(found), strict=True))
     return [_judged(r, halves[r.quantity], adjusted[r.quantity]) if r.quantity in adjusted else r for r in rows]

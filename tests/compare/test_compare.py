@@ -182,6 +182,8 @@ def test_digest_of_given_runs(tmp_path: Path) -> None:
     assert code == 0 and "numbers of 4 runs" in output_text
     assert digest.load(Path(file)).scene is not None
     assert run(str(seeds[0]), "--digest", file)[0] == 0
+    code, output_text = run(str(seeds[0]), "--digest", file, "--json", str(tmp_path / "rows.json"))
+    assert code == 2 and "expected RUN… --digest FILE alone" in output_text
     code, output_text = run(str(replayed(tmp_path / "far", 1.0)), "--digest", file)
     assert code == 1 and "changed since" in output_text
     rows = [line.split() for line in output_text.splitlines() if "mean height at the end" in line]

@@ -8,12 +8,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import stats
 
 from pywet.calibration.inference import Problem, Surface
 from pywet.compare import statistics
-from pywet.runs import spread
+from pywet.runs import spread, tables
 
 MANY, SETS = 5000, 1000
 """Data sets of means and differences; of calibrations, which cost more."""
@@ -103,3 +104,23 @@ def test_a_wrong_interval_is_found(monkeypatch: pytest.MonkeyPatch, fault: str) 
     name, plant = FAULTS[fault]
     plant(monkeypatch)
     assert abs(COVERAGE[name]() - 0.95) > margin(SETS if "calibration" in name else MANY)
+
+
+def test_a_permutation_test_never_gives_a_probability_below_its_own_arrangement() -> None:
+    """Five against five, far apart, with scatter near round-off or none: 2 of 252 arrangements."""
+    random = np.random.default_rng(3)
+    for scatter in (0.0, 1e-7, 1e-6):
+        a, b = (mean + scatter * random.normal(size=(5, 1)) for mean in (0.2, 0.8))
+        assert statistics.permutation([statistics.Sample(a, b)])[0].p == pytest.approx(2.0 / 252.0)
+
+
+def test_a_ledger_with_a_number_that_is_none_does_not_close() -> None:
+    held = {name: [0.0, 0.0] for name in ("bridges", "walls", "left", "retired")}
+    assert math.isnan(tables.ledger_error(pd.DataFrame({"films": [1.0, math.nan], "initial": [1.0, 1.0], **held})))
+
+
+def test_runs_that_lie_in_the_polynomial_fit_it() -> None:
+    """A cubic without scatter between seeds differs from its fit by round-off alone, which is no lack of fit."""
+    u = np.repeat(np.linspace(0.0, 1.0, 5), 2)[:, None]
+    for values in (0.7 * u + 0.31, u**3 + 0.1, 0.0 * u + 0.3):
+        assert Surface.through(u, values).misfit == 1.0

@@ -86,6 +86,20 @@ def test_a_dry_and_a_moist_run(runs: list[Path], tmp_path: Path) -> None:
         assert wet.deviation == pytest.approx(1.0) and wet.different
 
 
+def test_an_interval_of_no_width_says_nothing(runs: list[Path], tmp_path: Path) -> None:
+    """Constant over the window in both runs: that is no certainty, so that the number is named like one without an interval."""
+    pair = [shutil.copytree(run, tmp_path / run.name) for run in (runs[0], runs[1])]
+    for run in pair:
+        path = run / "results" / "screen.json"
+        given = json.loads(path.read_text())
+        path.write_text(
+            json.dumps({**given, "efficiency_low": given["efficiency"], "efficiency_high": given["efficiency"]})
+        )
+    found = verdict.compare([pair[0]], [pair[1]])
+    assert "without an interval: efficiency" in found.verdict
+    assert next(row for row in found.rows if row.quantity == "efficiency").p is None
+
+
 def test_without_an_interval_they_are_named(runs: list[Path], tmp_path: Path) -> None:
     pair = [shutil.copytree(run, tmp_path / run.name) for run in (runs[0], runs[1])]
     for run in pair:
