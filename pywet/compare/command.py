@@ -41,7 +41,8 @@ def compare(
             if against is not None:
                 if any((a, b, across, json_file, plot)):
                     raise PywetError(
-                        "--digest was given with another option; expected RUN… --digest FILE alone", code="compare.groups"
+                        "--digest was given with another option; expected RUN… --digest FILE alone",
+                        code="compare.groups",
                     )
                 return _against(runs, against)
             left, right = _groups(runs, a, b)

@@ -106,7 +106,7 @@ def test_a_wrong_interval_is_found(monkeypatch: pytest.MonkeyPatch, fault: str) 
     assert abs(COVERAGE[name]() - 0.95) > margin(SETS if "calibration" in name else MANY)
 
 
-def test_a_permutation_test_never_gives_a_probability_below_its_own_arrangement() -> None:
+def test_a_permutation_test_never_gives_a_probability_below_that_of_one_arrangement() -> None:
     """Five against five, far apart, with scatter near round-off or none: 2 of 252 arrangements."""
     random = np.random.default_rng(3)
     for scatter in (0.0, 1e-7, 1e-6):
