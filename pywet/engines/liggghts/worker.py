@@ -101,6 +101,7 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
             library.lammps_command(engine, line.encode())
 
     begin(b"setup.liggghts", done)
+    gone = state_file.retired(Path(saved("state", done))) if scene.removes and done else np.zeros(0, np.int64)
     spent = []
     for piece in deck.runs(scene, done):
         began = time.process_time()
@@ -109,7 +110,8 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
         if piece.checkpoint:
             if scene.removes:
                 plugin.wait()  # the first rank writes the state
-                tell(*deck.retirement(state_file.retired(Path(saved("state", piece.checkpoint, whole=False)))))
+                before, gone = gone, state_file.retired(Path(saved("state", piece.checkpoint, whole=False)))
+                tell(*deck.retirement(np.setdiff1d(gone, before)))  # the engine searches all its spheres for each
             if scene.created_ahead_s:
                 plugin.create_due()
             tell(f"write_restart {saved('engine', piece.checkpoint, whole=False)}")
