@@ -362,9 +362,6 @@ IN_PARTS = {
     'pip install "dist/pywet-0.2.0-py3-none-any.whl[workflow]"': (
         "tests/test_shipped.py::test_an_installed_wheel_does_what_the_checkout_does"
     ),
-    "pywet study stability --cases 2000 --seed 1": (
-        "tests/studies/stability/test_stability.py::test_the_command_prints_where_its_page_is"
-    ),
     "pywet study accuracy --size quick": (
         "tests/studies/accuracy/test_accuracy.py::test_the_command_prints_where_its_page_is"
     ),
