@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
@@ -137,11 +138,17 @@ def sentences(question: Question, answer: dict[str, Any]) -> list[str]:
     for name, reported in answer["parameters"].items():
         ranges = " or ".join(f"{r['low']:.4g} to {r['high']:.4g}" for r in reported["intervals"])
         lines.append(f"{name}: {reported['best']:.4g} ({sure}: {ranges})")
-        ends = [f"{reported['bounds'][side]:g}" for side, end in enumerate(("open_low", "open_high"))
-                if any(r[end] for r in reported["intervals"])]  # fmt: skip
-        if ends:
+        bounds = dict(zip(("low", "high"), reported["bounds"], strict=True))
+        ends = [(bounds[side], r[side]) for side in bounds for r in reported["intervals"] if r[f"open_{side}"]]
+        at_bounds = [f"{bound:g}" for bound, end in ends if math.isclose(bound, end, rel_tol=1e-6, abs_tol=1e-12)]
+        cut_off = [f"{end:.4g}" for bound, end in ends if not math.isclose(bound, end, rel_tol=1e-6, abs_tol=1e-12)]
+        if at_bounds:
             lines.append(
-                f"{name} ends at {' and '.join(ends)} because that is its bound, not because the targets say so"
+                f"{name} ends at {' and '.join(at_bounds)} because that is its bound, not because the targets say so"
+            )
+        if cut_off:
+            lines.append(
+                f"{name} is cut off at {' and '.join(cut_off)}, where the last round of runs ended: raise most_runs"
             )
     for t in answer["targets"]:
         lines.append(

@@ -142,8 +142,11 @@ class Problem:
 
     @property
     def reached(self) -> bool:
-        """Return whether the response at the best values is compatible with the targets: not rejected at 1 %."""
-        return bool(stats.chi2.sf(self.sum(self.best), len(self.values)) >= 0.01)
+        """Return whether the response at the best values is compatible with the targets: not rejected at 1 %.
+
+        A fitted parameter takes one degree of freedom; with as many parameters as targets one is left.
+        """
+        return bool(stats.chi2.sf(self.sum(self.best), max(len(self.values) - self.count, 1)) >= 0.01)
 
     def profile(self, k: int, at: float) -> tuple[float, Floats]:
         """Return the sum of squares above its minimum with parameter k fixed and the others optimised, and the point."""

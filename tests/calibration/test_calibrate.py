@@ -107,6 +107,16 @@ def test_what_does_not_matter_and_what_is_not_reached_are_reported(tmp_path: Pat
     assert (tmp_path / "far" / "calibration.svg").read_text().startswith("<?xml")
 
 
+def test_an_interval_cut_off_by_the_search_is_not_called_one_at_its_bound(tmp_path: Path) -> None:
+    """Bounds 0.1 to 0.9 and intervals that are open above at 0.4 and at 0.9."""
+    question, _ = asking.read(ask(tmp_path, PULL))
+    for high, says in ((0.4, "friction is cut off at 0.4"), (0.9, "friction ends at 0.9 because that is its bound")):
+        interval = {"low": 0.25, "high": high, "open_low": False, "open_high": True}
+        friction = {"best": 0.3, "bounds": [0.1, 0.9], "intervals": [interval]}
+        answer = {"parameters": {"friction": friction}, "targets": [], "reached": True, "not_told_apart": []}
+        assert any(line.startswith(says) for line in answering.sentences(question, answer))
+
+
 def bridges_of(scene: Any) -> float:
     """Ten times the friction, scattered by the seed; no number for a high friction."""
     friction = scene.materials["glass"].friction

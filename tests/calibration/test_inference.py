@@ -69,6 +69,12 @@ def test_what_is_inconclusive_is_named() -> None:
     assert apart.unknown() == [] and apart.best == pytest.approx([0.6, 1.0 / 3.0], abs=1e-6)
 
 
+def test_a_fitted_parameter_takes_a_degree_of_freedom() -> None:
+    """Two targets, 0.4 and 0.6 ± 0.05, of one parameter: the sum of squares is 8, p = 0.0047 with one degree of freedom."""
+    assert not problem(lambda u: [u[0], u[0]], [0.4, 0.6], [0.05, 0.05]).reached
+    assert problem(lambda u: [u[0], u[0]], [0.42, 0.58], [0.05, 0.05]).reached  # 5.12, p = 0.024
+
+
 def test_slopes_are_those_at_the_place() -> None:
     """y = u² has the slope 2 u within the window and at its upper bound."""
     curved = problem(lambda u: [u[0] ** 2], [0.25], [1.0])
