@@ -250,6 +250,6 @@ def _misfit(places: Floats, values: Floats, squares: Floats, freedom: int) -> fl
     beyond = freedom - inside
     if beyond < 1 or inside < 1:
         return 1.0
-    round_off = (EXACT * np.abs(values).max(axis=0)) ** 2
+    round_off = np.maximum((EXACT * np.abs(values).max(axis=0)) ** 2, np.finfo(float).tiny)
     ratio = np.where(squares > round_off, (squares - pure) / beyond / np.maximum(pure / inside, round_off), 0.0)
     return float(min(1.0, stats.f.sf(ratio, beyond, inside).min() * len(ratio)))

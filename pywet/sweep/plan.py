@@ -211,7 +211,7 @@ def lines(plan: Plan, costs: list[tuple[Run, Cost]], cores: int) -> list[str]:
     left_out = plan.sweep.count // seeds + len(plan.added) - points_
     stored = len({run.built.name for run in plan.runs}) - len(costs)
     why = ["left out by constraints"] * bool(plan.sweep.constraints)
-    why += ["repeated"] * any(axis.whole for axis in plan.sweep.axes.values())
+    why += ["repeated"] * (not why or any(axis.whole for axis in plan.sweep.axes.values()))
     seconds, disk = sum(c.seconds for _, c in costs), sum(c.disk_B for _, c in costs)
     constrained = f", {left_out} {' or '.join(why)}" if left_out else ""
     same = f", {shared} have the inputs of others" if (shared := runs - len(costs) - stored) else ""

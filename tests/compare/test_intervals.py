@@ -122,5 +122,5 @@ def test_a_ledger_with_a_number_that_is_none_does_not_close() -> None:
 def test_runs_that_lie_in_the_polynomial_fit_it() -> None:
     """A cubic without scatter between seeds differs from its fit by round-off alone, which is no lack of fit."""
     u = np.repeat(np.linspace(0.0, 1.0, 5), 2)[:, None]
-    for values in (0.7 * u + 0.31, u**3 + 0.1, 0.0 * u + 0.3):
+    for values in (0.7 * u + 0.31, u**3 + 0.1, 0.0 * u + 0.3, 0.0 * u):
         assert Surface.through(u, values).misfit == 1.0
