@@ -92,6 +92,11 @@ def recorded(scene: EngineScene) -> list[Window]:
     return joined
 
 
+def outlets_every_s(output_s: float | None) -> float:
+    """Return the longest time [s] between removals in outlets, which are at outputs, of this interval if it is given."""
+    return max(OUTLET_EVERY_S, output_s or 0.0)
+
+
 def checkpoint_every(scene: EngineScene) -> int:
     """Return the number of steps between checkpoints, at which bridges act; 0: none.
 

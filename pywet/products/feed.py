@@ -14,7 +14,7 @@ from pywet.scene import Positive
 G_PER_S = 1e6 / 3600.0
 """Factor from t/h to g/s."""
 MOST_PERCENT = 100.0
-"""Largest amount of liquid in % of the dry mass, as of `spheres`."""
+"""Largest amount of liquid in % of the dry mass."""
 
 
 class FeedAmount(Excusable):

@@ -14,7 +14,7 @@ from pydantic import model_validator
 
 from pywet import scene as typed
 from pywet.config.entries import Excusable
-from pywet.engines.schedule import OUTLET_EVERY_S
+from pywet.engines.schedule import outlets_every_s
 from pywet.errors import ConfigError
 from pywet.geometry.surface import Floats
 from pywet.scene import Bound, Identifier, Product, Vector
@@ -76,7 +76,7 @@ def reach(speed: float, gravity: Vector, output_s: float | None = None) -> Float
 
     `output_s`: interval of the outputs [s] if it is given.
     """
-    longest = SKIPPED * max(OUTLET_EVERY_S, output_s or 0.0)
+    longest = SKIPPED * outlets_every_s(output_s)
     return np.minimum(speed * longest + 0.5 * np.abs(np.array(gravity)) * longest**2, MOST_REACH)
 
 

@@ -18,7 +18,7 @@ from pywet.errors import ConfigError
 from pywet.geometry.packing import FeedRegion
 from pywet.laws.hertz import LEAST_RESTITUTION, Modulus, Poisson
 from pywet.products.deck import Deck
-from pywet.products.feed import FeedAmount, entries
+from pywet.products.feed import MOST_PERCENT, FeedAmount, entries
 from pywet.products.outlets import Outlet
 from pywet.products.size_classes import Sizes
 from pywet.products.until import Until
@@ -30,7 +30,7 @@ WALLS = "walls"
 PRESET = {"tolerance": {"value": 0.01, "source": "assumption", "reason": "one per cent of the larger"}}
 WATER = {"surface_tension_N_per_m": 0.0728, "viscosity_Pa_s": 1e-3, "density_kg_per_m3": 1000.0}
 Angle = Annotated[float, Field(ge=0, lt=90)]
-Percent = Annotated[float, Field(ge=0, le=100)]
+Percent = Annotated[float, Field(ge=0, le=MOST_PERCENT)]
 Entry = TypeVar("Entry", bound=BaseModel)
 
 

@@ -11,7 +11,7 @@ import pandas as pd
 
 from pywet.cases.custom.description import Scene, Spheres
 from pywet.cases.custom.extent import IMPACT_SPEED_RATIO
-from pywet.engines.schedule import OUTLET_EVERY_S
+from pywet.engines.schedule import outlets_every_s
 from pywet.errors import ConfigError
 from pywet.geometry.packing import refuse_beyond_memory
 from pywet.geometry.surface import Floats
@@ -39,7 +39,7 @@ def ahead_s(scene: Scene, classes: Sequence[SphereClass], wall_speed: float) -> 
     most = max((IMPACT_SPEED_RATIO * wall_speed + v) ** 2 / (2.0 * g * v) for v in speeds)
     clear = most + 2.0 * max(c.radius_m for c in classes) / min(speeds)
     first = min(c.insertion.at(0, c.count) if c.insertion else 0.0 for c in classes if c.count)
-    return max(max(OUTLET_EVERY_S, scene.results.interval_s or 0.0) + clear, first)
+    return max(outlets_every_s(scene.results.interval_s) + clear, first)
 
 
 def waiting(
