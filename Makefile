@@ -14,12 +14,15 @@ export XDG_CACHE_HOME ?= $(CURDIR)/.cache
 export MPLCONFIGDIR ?= $(XDG_CACHE_HOME)/matplotlib
 endif
 
-.PHONY: help setup peers lint test cluster run full bench docs report clean
+.PHONY: help essentials setup peers lint test cluster run full bench docs report clean
 
 help:  ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/'
 
-setup:  ## engines by apt where missing, Python in .venv, the plugin
+essentials:  ## what simulations need: engine by apt where missing, Python in .venv, the plugin
+	@tools/setup --essentials
+
+setup:  ## the same, packages for development, and code for single collisions compiled ahead
 	@tools/setup
 
 peers:  ## YADE and LAMMPS for comparisons, chromium for pages too, where they can be installed
@@ -39,17 +42,17 @@ cluster:  ## the workflow on a SLURM of this machine, as root; skipped where Deb
 	@tools/setup --slurm
 	$(PYTHON) -m pytest -rs tests/cluster
 
-run: $(if $(filter-out liggghts,$(ENGINE)),peers,setup)  ## the 18 screening cases, cross-check and report; then a sweep of 24 small runs. ENGINE=yade: in YADE
+run: $(if $(filter-out liggghts,$(ENGINE)),peers,essentials)  ## the 18 screening cases, cross-check and report; then a sweep of 24 small runs. ENGINE=yade: in YADE
 	@$(PYTHON) -m pywet.cli.workflow_lock
 	@status=0; .venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) engine=$(ENGINE) || status=$$?; \
 	[ $(ENGINE) != liggghts ] || .venv/bin/pywet sweep examples/sweeps/small_drum.yaml --cores $(CORES) || status=$$?; \
 	[ ! -e $(RESULTS)/report.html ] || echo "The report is in $(RESULTS)/report.html"; exit $$status
 
-report: setup  ## the report, with the cases that it still needs
+report: essentials  ## the report, with the cases that it still needs
 	@$(PYTHON) -m pywet.cli.workflow_lock
 	.venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) -- report
 
-full: setup  ## the 18 cases at full scale, days on two cores; goes on where it was stopped
+full: essentials  ## the 18 cases at full scale, days on two cores; goes on where it was stopped
 	$(PYTHON) -m studies.full_scale.campaign --cores $(CORES)
 	$(PYTHON) -m studies.full_scale.page
 

@@ -233,7 +233,7 @@ def sweep(
             given=words[1],
         )
     asked = plan.read(Path(words[0]), out_dir, trust=trust)
-    with machine_code.compiling(f"sweep-{asked.sweep.base.kind}"):
+    with machine_code.compiling("laws" if asked.kind.engine else f"sweep-{asked.sweep.base.kind}"):
         if check:
             sweep_command.check(asked, cores, tell)
             return

@@ -1,10 +1,12 @@
-"""Compile machine code ahead of time, so that the first command of each kind does not wait; called by `make setup`.
+"""Compile machine code ahead of time, so that the first command of each kind does not wait; called by `tools/setup`.
 
 Each kind of command is run once, so that the code it compiles is cached. Fast if the cache is complete.
+`python -m pywet.cli.warm laws` compiles what simulations need, without an argument everything is compiled.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 
 from pywet.errors import border
@@ -54,22 +56,28 @@ def _spheres() -> None:
     collide({"form": "three_equal_spheres", "St_n": 12, "t_end": 4})
 
 
-QUESTIONS: dict[str, Callable[[], None]] = {
-    "force laws": _laws,
-    "one bridge": _bridge,
-    "a sphere and a wall": _wall,
-    "wet spheres": _spheres,
+QUESTIONS: dict[str, tuple[str, Callable[[], None]]] = {
+    "laws": ("force laws", _laws),
+    "bridge": ("one bridge", _bridge),
+    "wall": ("a sphere and a wall", _wall),
+    "spheres": ("wet spheres", _spheres),
 }
 
 
-def main() -> None:
-    """Compile everything that is not yet compiled for these sources and this processor."""
-    for name, ask in () if machine_code.ready() else QUESTIONS.items():
-        print(f"machine code, once for this processor: {name}", flush=True)
-        ask()
-    machine_code.mark()
+def main(*wanted: str) -> None:
+    """Compile what is not yet compiled for these sources and this processor."""
+    if machine_code.ready():
+        return
+    for question in wanted or QUESTIONS:
+        if not machine_code.ready(question):
+            name, ask = QUESTIONS[question]
+            print(f"machine code, once for this processor: {name}", flush=True)
+            ask()
+            machine_code.mark(question)
+    if not wanted:
+        machine_code.mark()
 
 
 if __name__ == "__main__":
     with border():
-        main()
+        main(*sys.argv[1:])

@@ -24,6 +24,8 @@ from pywet.util.files import atomic_write
 from pywet.util.notices import notice
 
 __all__ = ["njit", "numba"]
+EVERYTHING = "everything"
+"""The mark of all kinds of questions."""
 _SUM = hashlib.sha256().digest_size
 
 
@@ -70,28 +72,26 @@ caching.IndexDataCacheFile = CheckedFiles  # type: ignore[misc]
 njit = numba.njit
 
 
-def _mark() -> Path:
-    return Path(_settings.CACHE_DIR) / "ready"
+def _mark(question: str) -> Path:
+    return Path(_settings.CACHE_DIR) / f"answered-{question}"
 
 
-def ready() -> bool:
-    """Return whether `pywet.cli.warm` has compiled everything that commands need; otherwise the first use compiles."""
-    return _mark().exists()
+def ready(question: str = EVERYTHING) -> bool:
+    """Return whether the code of a kind of question, or of all that `pywet.cli.warm` asks, is compiled."""
+    return _mark(question).exists()
 
 
-def mark() -> None:
-    with atomic_write(_mark()) as temporary:
+def mark(question: str = EVERYTHING) -> None:
+    with atomic_write(_mark(question)) as temporary:
         temporary.touch()
 
 
 @contextmanager
 def compiling(question: str) -> Iterator[None]:
     """Print that the first answer to a question of this kind takes a while, unless one was given before."""
-    answered = _mark().with_name(f"answered-{question}")
-    if ready() or answered.exists():
+    if ready() or ready(question):
         yield
         return
     notice.warning("compiling for this processor, once: a minute or two (`make setup` does it ahead)")
     yield
-    with atomic_write(answered) as temporary:
-        temporary.touch()
+    mark(question)

@@ -52,14 +52,14 @@ def test_a_question_whose_machine_code_is_not_made_yet_says_that_it_takes_a_whil
 
     monkeypatch.setattr(spheres, "run", lambda problem: 1 / 0)
     monkeypatch.setattr(spheres, "describe", lambda problem: {"t_end": problem.t_end})
-    monkeypatch.setattr(machine_code, "_mark", lambda: tmp_path / "ready")
+    monkeypatch.setattr(machine_code, "_mark", lambda asked: tmp_path / asked)
     question = ["collide", "spheres", str(CONFIG.parent / "examples" / "three_equal_spheres.json")]
     assert runner.invoke(app, question).stderr.startswith("compiling for this processor, once")
     monkeypatch.setattr(spheres, "run", lambda problem: problem)
     first, second = (runner.invoke(app, question) for _ in range(2))
     assert first.stderr.startswith("compiling for this processor, once") and second.stderr == ""
     machine_code.mark()
-    (tmp_path / "answered-spheres").unlink()
+    (tmp_path / "spheres").unlink()
     assert runner.invoke(app, question).stderr == ""
     assert json.loads(first.stdout) == json.loads(second.stdout) == {"t_end": 400.0}
 
