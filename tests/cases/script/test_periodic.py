@@ -142,6 +142,19 @@ def test_bridges_of_deleted_spheres_end_with_the_separation_across(tmp_path: Pat
     assert agrees(log)
 
 
+def test_deletions_in_set_ups_without_a_step_between_count_once(tmp_path: Path) -> None:
+    """Spheres are deleted before each of three set-ups, one of them after it was made without any step."""
+    late = "\n".join(["run 0", *sphere(7, (0.0, 0.01, 0.01), (0.0, 0.0, 0.0)), "run 0"])
+    gone = "group {0} id {1}\ndelete_atoms group {0} compress no\n"
+    after = f"run 200\n{gone.format('a', '2')}run 0\n{gone.format('b', '4')}{late}\n{gone.format('c', '6 7')}run 100\n"
+    log = wet_run(tmp_path / "a", pairs(), after)
+    retired, ledger = table(log, "retired"), table(log, "ledger")
+    assert sorted(retired["id"]) == [2, 4, 6, 7] and retired["film"].sum() == pytest.approx(ledger["retired"].iloc[-1])
+    held = ledger["films"] + ledger["bridges"] + ledger["retired"]
+    assert np.abs(held / ledger["initial"] - 1).max() < 1e-12
+    assert agrees(log)
+
+
 @pytest.mark.slow
 def test_a_sheared_bed_is_replayed_and_the_same_half_a_box_further_and_on_two_ranks(tmp_path: Path) -> None:
     """A plate below it shakes along the periodic axis. Shifted by half a box, and on two ranks that divide

@@ -49,8 +49,10 @@ void Turnover::look() {
     }
   int64_t here[2] = {at.nlocal, int64_t(come.size())}, all[2] = {here[0], here[1]};
   if (!world_.ranks.alone()) MPI_Allreduce(here, all, 2, MPI_INT64_T, MPI_SUM, world_.ranks.all);
+  const bool changed = all[1] > 0 || all[0] - all[1] != present();
   if (all[0] - all[1] != present()) find_gone();
   if (all[1] > 0) take_in(world_.ranks.gathered(come));
+  if (changed) keep();  // further set-ups may follow before the next step
 }
 
 void Turnover::find_gone() {

@@ -35,7 +35,7 @@ class Turnover {
   Films &films_;
   BridgeList &standing_;
   Logs &logs_;
-  std::vector<RetiredSphere> kept_;      // spheres of this rank at the end of the last step
+  std::vector<RetiredSphere> kept_;      // spheres of this rank at the end of the last step, or at the last set-up since
   std::vector<RetiredSphere> gone_;      // deleted spheres in the order of their deletion, since the last call of apply_events(); the same on all ranks
   std::vector<Event> ended_;             // events that end their bridges
 
