@@ -1,14 +1,18 @@
 """Compile machine code ahead of time, so that the first command of each kind does not wait; called by `tools/setup`.
 
-Each kind of command is run once, so that the code it compiles is cached. Fast if the cache is complete.
-`python -m pywet.cli.warm laws` compiles what simulations need, without an argument everything is compiled.
+Each kind of command is run once in a process of its own, so that the code it compiles is cached. Fast if the cache is
+complete. `python -m pywet.cli.warm laws bridge` compiles what simulations need, without an argument everything is compiled.
 """
 
 from __future__ import annotations
 
+import multiprocessing
+import os
 import sys
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 
+from pywet.ending import die_with_parent
 from pywet.errors import border
 from pywet.util import machine_code
 
@@ -57,25 +61,31 @@ def _spheres() -> None:
 
 
 QUESTIONS: dict[str, tuple[str, Callable[[], None]]] = {
-    "laws": ("force laws", _laws),
-    "bridge": ("one bridge", _bridge),
-    "wall": ("a sphere and a wall", _wall),
     "spheres": ("wet spheres", _spheres),
+    "bridge": ("one bridge", _bridge),
+    "laws": ("force laws", _laws),
+    "wall": ("a sphere and a wall", _wall),
 }
+"""Longest first."""
 
 
 def main(*wanted: str) -> None:
     """Compile what is not yet compiled for these sources and this processor."""
     if machine_code.ready():
         return
-    for question in wanted or QUESTIONS:
-        if not machine_code.ready(question):
-            name, ask = QUESTIONS[question]
-            print(f"machine code, once for this processor: {name}", flush=True)
-            ask()
-            machine_code.mark(question)
+    if missing := [question for question in wanted or QUESTIONS if not machine_code.ready(question)]:
+        workers = min(len(missing), len(os.sched_getaffinity(0)))
+        with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), die_with_parent) as pool:
+            list(pool.map(_compile, missing))
     if not wanted:
         machine_code.mark()
+
+
+def _compile(question: str) -> None:
+    name, ask = QUESTIONS[question]
+    print(f"machine code, once for this processor: {name}", flush=True)
+    ask()
+    machine_code.mark(question)
 
 
 if __name__ == "__main__":

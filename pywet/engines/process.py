@@ -14,12 +14,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pywet.ending import die_with_parent
 from pywet.errors import EngineError, arguments, border
-from pywet.scene import EngineScene
 from pywet.util.notices import notice
+
+if TYPE_CHECKING:  # the plugin is built while Python's packages are being installed
+    from pywet.scene import EngineScene
 
 Report = Callable[[int, int], None]
 OUTPUT = "output.log"

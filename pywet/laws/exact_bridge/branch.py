@@ -225,16 +225,25 @@ def follow(c: Case, stop: float) -> tuple[int, Floats]:
 
 @jit
 def _limit(y: Floats, size: float, tangent: Floats, c: Case, sign: float) -> tuple[Floats, Floats]:
-    """Return the last stable point between y and the next step, by bisection on the step, and the tangent there."""
-    low, high = 0.0, size
+    """Return the last stable point between y and the next step, and the tangent there.
+
+    `second` is zero at the limit: the Illinois method on it, with bisection where it has no change of sign, on the step.
+    """
+    low, high, at_low, at_high, side = 0.0, size, 0.0, 0.0, 0  # 0: not known
     best, best_tangent = y.copy(), tangent.copy()
-    while high - low > 1e-12 + 1e-11 * size:
+    least = 1e-12 + 1e-11 * size
+    while high - low > least:
         middle = 0.5 * (low + high)
+        if at_low > 0.0 and at_high < 0.0:
+            zero = low + (high - low) * at_low / (at_low - at_high)
+            middle = min(max(zero, low + 0.9 * least), high - 0.9 * least)
         _, trial, turned, second = step_along(y, middle, tangent, c)
         if turned[GAP] > 0.0 and second * sign > 0.0:
-            low, best, best_tangent = middle, trial, turned
+            at_high *= 0.5 if side > 0 else 1.0
+            low, best, best_tangent, at_low, side = middle, trial, turned, second * sign, 1
         else:
-            high = middle
+            at_low *= 0.5 if side < 0 else 1.0
+            high, at_high, side = middle, second * sign, -1
     return best, best_tangent
 
 
