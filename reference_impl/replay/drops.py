@@ -17,7 +17,7 @@ import pandas as pd
 
 from reference_impl.motion import window
 from reference_impl.motion.wall_motion import Motion
-from reference_impl.replay import coverage, io, laws
+from reference_impl.replay import coverage, io, laws, plans
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, within
 from reference_impl.replay.compare import Quantity, compare
@@ -55,6 +55,8 @@ class Places:
         self._walls = self._setup.walls if self._setup.scene["effects"].get("wall_films", True) else ()
         self._motion = Motion(self._setup)
         self.at: dict[int, Floats] = {}
+        self._enters = plans.entered(self._setup.scene, run.table("spheres").sort_values("id"))
+        """Step at which each sphere enters; it waits before, and nothing falls on it."""
         self.down = self._setup.gravity / np.linalg.norm(self._setup.gravity)
         first, classes = self._setup.scene["liquid"]["initial_film_thickness_m"], self._setup.scene["classes"]
         self._margin = LARGEST_FILM * first / min(c["radius_m"] for c in classes)
@@ -74,7 +76,7 @@ class Places:
         beside = np.linalg.norm(d - along[:, None] * self.down, axis=1)
         held = film[ids] + drop.volume
         takes = (3.0 * held / (4.0 * np.pi) + radius**3) ** (1.0 / 3.0) - radius <= self._margin * radius
-        hit = (along > 0.0) & (beside < radius) & (ids != drop.i) & takes
+        hit = (along > 0.0) & (beside < radius) & (ids != drop.i) & takes & (self._enters <= step)
         ways = np.where(hit, along - np.sqrt(np.maximum(radius**2 - beside**2, 0.0)), np.inf)
         best = int(np.argmin(ways))
         found = (laws.SPHERE, int(ids[best]), float(ways[best])) if np.isfinite(ways[best]) else (NOTHING, -1, np.inf)
@@ -117,6 +119,8 @@ class Falling:
             liquid = io.scene(run.folder)["liquid"]
             self._density, self._tension = liquid["density_kg_per_m3"], liquid["surface_tension_N_per_m"]
             self._places = Places(run)
+            triangles = run.tables.get("triangles", pd.DataFrame({"triangle": [], "part": []}))
+            self._part_of = np.append(triangles.sort_values("triangle")["part"].to_numpy(np.int64), -1)
 
     def _refuse(self, path: Path) -> None:
         """Refuse numbers that do not exist at the start."""
@@ -142,10 +146,12 @@ class Falling:
             kind, j, way = min(d.partner_kind, 1), d.j, d.fallen
             if at is not None:
                 kind, j, way = self._places.landing(step, d, at)
+                if kind == laws.SPHERE:  # what later drops of the step find there
+                    at[j] += d.volume
             # next to a seam the drop may hit either triangle
             near = abs(way - d.fallen) < 1e-9 * self._fixed.radius[d.i]
-            same = kind == min(d.partner_kind, 1) if d.partner_kind != NOTHING else kind == NOTHING
-            same = same and (j == d.j or (kind == laws.LARGE_WALL and near))
+            wall = kind == laws.LARGE_WALL
+            same = d.partner_kind == (self._kind_of_wall(j, d.i) if wall else kind) and (j == d.j or (wall and near))
             for name, value in (
                 ("volume", volume),
                 ("film_i_before", held[d.i]),
@@ -155,6 +161,10 @@ class Falling:
                 ("film_j_before", self._move(d, volume, held)),
             ):
                 self._recomputed[name].append(value)
+
+    def _kind_of_wall(self, triangle: int, sphere: int) -> int:
+        thin = self._fixed.half_width[self._part_of[triangle]] < self._fixed.radius[sphere]
+        return laws.SMALL_WALL if thin else laws.LARGE_WALL
 
     def _volume(self, d: Any, film: float) -> float:
         if not self._known:

@@ -245,13 +245,13 @@ class Building:
 
     @property
     def speed(self) -> float:
-        """Speed of approach used by the plan [m/s]: that of the walls, or of a fall through the whole scene."""
+        """Speed of approach used by the plan [m/s]: of the walls, or of a sphere that was thrown and falls through the scene."""
         heights = np.concatenate([self._released, *(s.vertices for s in self.surfaces)]) @ np.array(
             self.user_scene.gravity_m_per_s2
         )
         fall = math.sqrt(2.0 * float(np.ptp(heights)))
         thrown = float(np.linalg.norm(self.spheres[["vx", "vy", "vz"]].to_numpy(), axis=1).max())
-        return max(self.wall_speed, fall, thrown)
+        return max(self.wall_speed, math.hypot(fall, thrown))
 
     @property
     def _released(self) -> Floats:

@@ -167,3 +167,11 @@ def test_a_check_prints_what_would_be_run_and_writes_nothing(tmp_path: Path, mon
     wrong = call.invoke(app, ["run-scene", "beads.yaml", "--check"])
     assert wrong.exit_code == 1 and "duration_s" in wrong.stderr and len(wrong.stderr.strip().splitlines()) == 1
     assert [path.name for path in tmp_path.iterdir()] == ["beads.yaml"]
+
+
+def test_speed_of_a_thrown_sphere_that_falls() -> None:
+    """Its kinetic energy is that of the throw and of the fall."""
+    scene = beads()
+    scene["spheres"][0]["velocity_m_per_s"] = (3.0, 0.0, 0.0)
+    made = Building(pywet.Scene(**scene))
+    assert made.speed**2 == pytest.approx(3.0**2 + 2.0 * 9.81 * np.ptp(made.spheres["z"]), rel=1e-12)

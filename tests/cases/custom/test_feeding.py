@@ -18,6 +18,9 @@ from reference_impl.replay.plans import enter_times
 from tests.cases.custom.conftest import beads, example
 from tests.error_codes import raises_code
 
+LEFT_OUT = {"value": 0.02, "source": "assumption", "reason": "of a test"}
+FLOOR = {"name": "floor", "block": {"low_mm": (-20, -20, -70), "high_mm": (20, 20, -65)}}
+"""Not reached."""
 INLET = {"low_mm": (-10, -10, 20), "high_mm": (10, 10, 26)}
 
 
@@ -87,8 +90,7 @@ def test_too_high_a_rate_is_named_as_a_share_of_the_stream(profile: dict[str, An
 @pytest.mark.engine
 def test_a_dry_feed_falls_from_where_it_enters(tmp_path: Path) -> None:
     """Straight on until then, free fall after: z - z0 = v t - g (t - t_enters)^2/2."""
-    floor = {"name": "floor", "block": {"low_mm": (-20, -20, -70), "high_mm": (20, 20, -65)}}  # not reached
-    scene = pywet.Scene(**{**inserted(), "time_step": {"time_step_s": 2e-5}, "walls": [floor]})
+    scene = pywet.Scene(**{**inserted(), "time_step": {"time_step_s": 2e-5}, "walls": [FLOOR]})
     run = pywet.run(scene, tmp_path)
     table = run.trajectory.sort_values(["step", "id"])
     first = table[table["step"] == 0]
@@ -131,6 +133,28 @@ def test_a_deck_with_feed_counts_liquid_as_it_comes(tmp_path: Path) -> None:
     (copy / "scene.json").write_text(json.dumps(reported))
     wrong = {name for name, q in (pywet.replay(copy) or {})["quantities"].items() if not q["ok"]}
     assert {"newton_force", "ledger", "energy_gravity", "results_liquid_by_wall"} <= wrong
+
+
+@pytest.mark.engine
+def test_spheres_that_wait_shed_no_drops_and_catch_none(tmp_path: Path) -> None:
+    """Others lie above the feed, and their films are thicker than what they can hold: drops pass those that wait."""
+    resting = {"name": "rest", "material": "glass", "diameter_mm": 3, "count": 30,
+               "box": {"low_mm": (-10, -10, 50), "high_mm": (10, 10, 62)}}  # fmt: skip
+    given, plate = inserted(), {"name": "plate", "block": {"low_mm": (-30, -30, 46), "high_mm": (30, 30, 49)}}
+    scene = {
+        **given, "duration_s": 0.075,
+        "effects": {"shedding": True, "wall_films": False, "tolerance": LEFT_OUT},
+        "liquid": {"percent": 10, "surface_tension_N_per_m": 0.002}, "spheres": [*given["spheres"], resting],
+        "walls": [FLOOR, plate],
+    }  # fmt: skip
+    run = pywet.run(pywet.Scene(**scene), tmp_path / "run")
+    start, drops = run._run.spheres.set_index("id"), run._run.table("history/drops")
+    enters = dict(zip(start.index, run.scene.enters(start["type"]), strict=True))
+    assert len(drops) > 20
+    for end in ("i", "j"):
+        on = drops[drops["partner_kind"] == 0] if end == "j" else drops
+        assert len(on) and (on["step"] >= on[end].map(enters)).all(), end
+    assert run.replay["ok"]
 
 
 def test_a_single_pulse() -> None:

@@ -19,6 +19,7 @@ SIDE = 0.04
 """Length of the box [m]."""
 R = 0.002
 TWO = BEFORE[: BEFORE.index("fix             gravi")].replace("f f f", "p p p").replace("0 0.08", "-0.02 0.02")
+GONE = "group gone id 2 4 6\ndelete_atoms group gone compress no\n"
 LINE = "fix wet all pywet liquid wet.yaml every 50 windows 50"
 
 
@@ -37,8 +38,9 @@ def pairs() -> str:
     return "\n".join([TWO, *rows, "fix integr all nve/sphere\n"])
 
 
-def sphere(number: int, x: Floats, v: Sequence[float]) -> list[str]:
+def sphere(number: int, x: Floats | Sequence[float], v: Sequence[float]) -> list[str]:
     """Lines that make one, at the copy of its place that is in the box along x, y and, if this is outside, z."""
+    x = np.asarray(x)
     x = np.where(np.abs(x) > SIDE / 2, x - SIDE * np.rint(x / SIDE), x)
     return [
         f"create_atoms 1 single {' '.join(f'{a:.17g}' for a in x)} units box",
@@ -132,7 +134,7 @@ def test_two_spheres_across_a_boundary_are_those_in_the_middle(tmp_path: Path) -
 
 @pytest.mark.slow
 def test_bridges_of_deleted_spheres_end_with_the_separation_across(tmp_path: Path) -> None:
-    after = "run 200\ngroup gone id 2 4 6\ndelete_atoms group gone compress no\nrun 100\n"
+    after = f"run 200\n{GONE}run 100\n"
     log = wet_run(tmp_path / "a", pairs(), after)
     ended = table(log, "events").query("kind == 2")
     assert len(ended) == 3 and np.ptp(ended["separation"]) < 1e-12 * R and np.abs(ended["separation"]).max() < R
@@ -276,6 +278,17 @@ def test_restarted(tmp_path: Path) -> None:
     ledger = table(two, "ledger")
     held = ledger["films"] + ledger["bridges"] + ledger["walls"]
     assert np.abs(held / ledger["initial"] - 1).max() < 1e-12
+
+
+def test_a_restart_file_written_after_deletions_is_refused_with_the_reason(tmp_path: Path) -> None:
+    wet_run(tmp_path / "a", pairs(), f"run 200\n{GONE}run 10\nwrite_restart liq.restart\n")
+    text = pairs()
+    first, last, made = (text.index(word) for word in ("region          reg", "neighbor ", "create_atoms"))
+    again = f"{text[:first]}read_restart ../a/liq.restart\n{text[last:made]}fix integr all nve/sphere\n"
+    (tmp_path / "b").mkdir()
+    write(tmp_path / "b", before=again, line=LINE, after="run 100\n", wet=WET)
+    done = run(tmp_path / "b")
+    assert done.returncode == 1 and "with read_restart, before the file was written" in read(done.stderr)
 
 
 FAULTS = {

@@ -15,18 +15,20 @@ namespace pywet {
 
 static const double FULL = 0.8;  // relative to the thickest film that the neighbour list covers
 static const int SAMPLES = 8;
-static const int STATE = 8;      // exists, position, velocity, film
+static const int STATE = 8;      // here (0: not on any rank), position, velocity, film
+static const double THERE = 1, WAITS = 2;
 
-// Position, velocity and film of every sphere, by id.
+// Position, velocity and film of every sphere, by id. One that waits to enter has no film yet.
 std::vector<double> Shedding::everywhere() const {
   const View &at = world_.engine.at;
   std::vector<double> mine(STATE * world_.spheres.ids(), 0.0), all;
   for (int a = 0; a < at.nlocal; a++) {
     double *p = &mine[STATE * at.tag[a]];
-    p[0] = 1;
+    const bool waits = world_.feed.waits(at, a, world_.clock.now);
+    p[0] = waits ? WAITS : THERE;
     std::copy(at.x[a], at.x[a] + 3, p + 1);
     std::copy(at.v[a], at.v[a] + 3, p + 4);
-    p[7] = films_.volume(a);
+    p[7] = waits ? 0 : films_.volume(a);
   }
   if (world_.ranks.alone()) return mine;
   all.resize(mine.size());
@@ -80,8 +82,8 @@ static double meets(const Vec &y, const Vec &down, const Triangle &t) {
   return u >= 0 && v >= 0 && u + v <= 1 && way > 0 ? way : INF;
 }
 
-// Finds where the drop of sphere d.i lands.
-void Shedding::land(const std::vector<double> &now, Drop &d) const {
+// Finds where the drop of sphere d.i lands; `coming`: what other drops of the step bring to each sphere.
+void Shedding::land(const std::vector<double> &now, const std::vector<double> &coming, Drop &d) const {
   const Vec &gravity = world_.rules.gravity;
   const Walls &walls = world_.walls;
   const Vec x(&now[STATE * d.i + 1]), down = (1 / norm(gravity)) * gravity;
@@ -89,12 +91,13 @@ void Shedding::land(const std::vector<double> &now, Drop &d) const {
   d.j = -1;
   d.fallen = INF;
   for (size_t id = 1; id < world_.spheres.ids(); id++) {
-    if (int(id) == d.i || !(now[STATE * id] > 0)) continue;
+    if (int(id) == d.i || now[STATE * id] != THERE) continue;
     const Vec r = Vec(&now[STATE * id + 1]) - x;
     const double along = dot(r, down), own = world_.spheres.radius(int(id)), offset2 = dot(r, r) - along * along;
     if (along <= 0 || offset2 >= own * own) continue;
     const double way = along - std::sqrt(own * own - offset2);
-    if (way >= d.fallen || film_thickness(now[STATE * id + 7] + d.volume, own) > FULL * world_.engine.thickest_film * own) continue;
+    const double film = now[STATE * id + 7] + coming[id] + d.volume;
+    if (way >= d.fallen || film_thickness(film, own) > FULL * world_.engine.thickest_film * own) continue;
     d.fallen = way;
     d.partner_kind = SPHERE;
     d.j = int(id);
@@ -106,7 +109,7 @@ void Shedding::land(const std::vector<double> &now, Drop &d) const {
       const double way = meets(y, turned, walls.triangles[k]);
       if (way >= d.fallen) continue;
       d.fallen = way;
-      d.partner_kind = part.half_width < INF ? SMALL_WALL : LARGE_WALL;
+      d.partner_kind = part.half_width < world_.spheres.radius(d.i) ? SMALL_WALL : LARGE_WALL;
       d.j = k;
     }
   }
@@ -141,6 +144,7 @@ void Shedding::shed() {
   feel(now);
   record(now);
   std::vector<Drop> drops;
+  std::vector<double> coming(world_.spheres.ids(), 0.0);
   for (size_t id = 1; id < world_.spheres.ids(); id++) {
     const double film = now[STATE * id + 7];
     if (!(film > 0)) continue;
@@ -151,7 +155,8 @@ void Shedding::shed() {
     d.step = world_.clock.now; d.time = world_.clock.time; d.i = int(id);
     store(felt, d.felt);
     store(Vec(&now[STATE * id + 1]), d.x);
-    land(now, d);
+    land(now, coming, d);
+    if (d.partner_kind == SPHERE) coming[d.j] += d.volume;
     drops.push_back(d);
   }
   for (Drop &d : drops) fall(now, d);

@@ -30,7 +30,7 @@ class Shedding {
   std::vector<double> everywhere() const;
   void feel(const std::vector<double> &now);
   void record(const std::vector<double> &now) const;
-  void land(const std::vector<double> &now, Drop &d) const;
+  void land(const std::vector<double> &now, const std::vector<double> &coming, Drop &d) const;
   void fall(std::vector<double> &now, Drop &d);
 };
 
