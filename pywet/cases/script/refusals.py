@@ -31,7 +31,7 @@ SENTENCES = {
     "wet.multisphere": ("{given} is of multispheres, whose films are not known", "single spheres"),
     "wet.pair": ("the pair style is none of granular contacts", "pair_style gran"),
     "wet.cohesion": ("{given} has a cohesion model of its own, which counts the liquid twice", "cohesion off"),
-    "wet.ids": ("the numbers of the spheres have gaps or repeat", "1, 2, … without a gap: delete none before the line, or, with read_restart, before the file was written"),
+    "wet.ids": ("numbers of spheres have gaps or repeat", "1, 2, … each once: delete none before the line or `write_restart`"),
     "wet.sizes": ("there are {given} kinds of spheres by type, radius and density", "32 at most"),
     "wet.angle": ("contact_angle_deg has none for atom type {given}", "one for each type of which there are spheres"),
     "wet.film": ("a film on sphere {given} is thicker than lists see", "a larger skin of the command neighbor, or less liquid"),

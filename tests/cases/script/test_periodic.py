@@ -288,7 +288,7 @@ def test_a_restart_file_written_after_deletions_is_refused_with_the_reason(tmp_p
     (tmp_path / "b").mkdir()
     write(tmp_path / "b", before=again, line=LINE, after="run 100\n", wet=WET)
     done = run(tmp_path / "b")
-    assert done.returncode == 1 and "with read_restart, before the file was written" in read(done.stderr)
+    assert done.returncode == 1 and "before the line or `write_restart`" in read(done.stderr)
 
 
 FAULTS = {
