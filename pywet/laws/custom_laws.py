@@ -18,6 +18,7 @@ import subprocess
 import sys
 import types
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
@@ -61,10 +62,18 @@ def placed(name: str, folder: Path = Path()) -> str:
 
 
 def kind_of(name: str) -> str:
-    """Return the kind of law whose arguments match those of the file's function best; the file is read, not run."""
+    """Return the kind of law whose arguments match those of the file's function best.
+
+    The file is read, not run, unless it is trusted and the law is not written there as a function.
+    """
     if not _path(name).is_file():
         return next(iter(KINDS))  # it is rejected when it is used
-    given = _arguments(read_bytes(_path(name), CURE), name.rpartition(":")[2])
+    source = read_bytes(_path(name), CURE)
+    given = _arguments(source, name.rpartition(":")[2])
+    if not given and may_run(name):
+        with suppress(LawError):  # it is rejected when it is used
+            made = execute(name, source)
+            given = [tuple(getattr(law, "arguments", ())) for law in (made if isinstance(made, tuple) else (made,))]
     if not given:
         return next(iter(KINDS))
 

@@ -79,7 +79,7 @@ def rayleigh_time(film_volume_i: float, density: float, surface_tension: float) 
     Returns
     -------
     float or array
-        Period [s].
+        Response time 1/ω [s].
 
     Notes
     -----

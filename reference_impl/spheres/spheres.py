@@ -30,15 +30,18 @@ def from_groups(d: dict[str, Any]) -> dict[str, Any]:
     t12, t23 = math.radians(d.get("theta12_deg", 45.0)), math.radians(d.get("theta23_deg", 0.0))
     viscosity = 1.0 / (6.0 * math.pi * (r / 2.0) ** 2 * d["St_n"])
     ca = d.get("Ca")
-    reach = 2.0 * r + d.get("h23_0", 1.0)
+    gap = d.get("h23_0", 1.0)
+    n = 2 if gap is None else 3  # without one there is no third sphere
+    reach = 2.0 * r + (gap or 0.0)
+    film = [[0.0, 1.0, d.get("d13", 1.0)], [1.0, 0.0, d.get("d23", 1.0)], [d.get("d13", 1.0), d.get("d23", 1.0), 0.0]]
     return {
-        "radius": [r, r, r],
-        "mass": [2.0, 2.0, 2.0],
+        "radius": [r] * n,
+        "mass": [2.0] * n,
         "x": [[-(2.0 * r + 1.0) * math.cos(t12), -(2.0 * r + 1.0) * math.sin(t12)], [0.0, 0.0],
-              [reach * math.cos(t23), reach * math.sin(t23)]],
-        "v": [[1.0 / math.cos(t12), 0.0], [0.0, 0.0], [0.0, 0.0]],
-        "spin": [0.0, 0.0, 0.0],
-        "film": [[0.0, 1.0, d.get("d13", 1.0)], [1.0, 0.0, d.get("d23", 1.0)], [d.get("d13", 1.0), d.get("d23", 1.0), 0.0]],
+              [reach * math.cos(t23), reach * math.sin(t23)]][:n],
+        "v": [[1.0 / math.cos(t12), 0.0], [0.0, 0.0], [0.0, 0.0]][:n],
+        "spin": [0.0] * n,
+        "film": [row[:n] for row in film[:n]],
         "viscosity": viscosity,
         "tension": 0.0 if ca is None else 3.0 * viscosity * (r / 2.0) / ca,
         "h_min": d.get("h_min", 0.05), "e": d.get("e_dry", 1.0), "mu": d.get("mu_f", 0.0), "g": [0.0, 0.0],

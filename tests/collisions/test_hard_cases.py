@@ -106,6 +106,17 @@ CORNERS: list[dict[str, Any]] = [
 ]
 
 
+@pytest.mark.parametrize(("contact", "filling"), [(55, 80), (60, 80), (70, 70), (80, 80), (80, 90)])
+def test_a_bridge_that_has_no_neck_at_the_end_of_the_film_does_not_pull(contact: float, filling: float) -> None:
+    """The neck's radius, R sin phi + r_m (sin a - 1), is zero or less there: it is ruptured already."""
+    content = problem(GLASS, ("water", 100)).model_dump()
+    content["liquid"].update(contact_angle_deg=contact, half_filling_angle_deg=filling)
+    del content["partner"]
+    got = collide(Problem.model_validate(content))
+    ends = {event["kind"]: event["t"] for event in got["events"]}
+    assert ends["rupture"] == ends["film_exit"] and got["energy_J"]["capillary"] == 0.0
+
+
 @pytest.mark.parametrize("corner", CORNERS, ids=str)
 @pytest.mark.parametrize("velocity", [1e-6, 1.0, 100.0])
 @pytest.mark.parametrize("gravity", [0.0, 9.81])

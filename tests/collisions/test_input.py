@@ -158,6 +158,18 @@ def test_a_refused_collision_does_not_stop_a_sweep(monkeypatch: pytest.MonkeyPat
     assert rows[1] == {**dict.fromkeys(rows[0]), "angle_deg": 30, "refused": "too steep"}
 
 
+def test_values_that_do_not_fit_together_do_not_stop_a_sweep() -> None:
+    """Both angles of one of four combinations are too large together; where none fit, there is no table."""
+    both = content(angle_deg=10)
+    both["liquid"] |= {"contact_angle_deg": [15, 90], "half_filling_angle_deg": [55, 85]}
+    rows = sweep.table(both)
+    assert rows["refused"].notna().tolist() == [False, False, False, True] and "at most 170" in rows["refused"].iloc[3]
+    assert rows["e_n"].notna().tolist() == [True, True, True, False]
+    both["liquid"] |= {"contact_angle_deg": [89, 90], "half_filling_angle_deg": 85}
+    with raises_code("config.inconsistent"):
+        sweep.table(both)
+
+
 def test_variant_as_printed_is_all_printed_readings() -> None:
     case = problem("glass_1.74mm", ("water", 400), variant="as_printed")
     assert case.chosen() == VARIANTS["as_printed"]

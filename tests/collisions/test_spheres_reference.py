@@ -54,6 +54,12 @@ def test_random_collisions(seed: int) -> None:
             compared += 1
 
 
+def test_two_spheres_where_there_is_no_third() -> None:
+    ours, theirs = both({"form": "three_equal_spheres", "St_n": 10.0, "h23_0": None, "t_end": 6.0})
+    assert len(theirs["final"]["position"]) == 2
+    agree(ours, theirs, 1e-7)
+
+
 def test_contacts_that_rest() -> None:
     """Both have a rest rule of their own at 1e-5 of the speed: what follows agrees to about that (measured 1e-6)."""
     ours, theirs = both({"form": "three_equal_spheres", "St_n": 2.0, "t_end": 4.5, "rtol": 1e-10})

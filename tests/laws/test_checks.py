@@ -84,12 +84,25 @@ def test_no_law_of_ours_is_called_wrong(kind: str, name: str) -> None:
 
 AS_PUBLISHED: dict[tuple[str, str], set[str]] = {
     ("capillary", "davis"): {"continuity over separation"},
+    ("capillary", "weigert"): {"sign and finite values"},
+    ("capillary", "weigert_as_printed"): {"sign and finite values"},
     ("capillary", "buck"): {"continuity over separation", "exchange of the two bodies"},
     ("viscous_normal", "buck_water"): {"continuity over separation"},
     ("viscous_tangential", "buck"): {"continuity over separation"},
     ("rupture", "buck"): {"exchange of the two bodies"},
 }
-"""Laws of a sphere on a wetted wall: they end with the layer, and i is the sphere."""
+"""Laws of a sphere on a wetted wall: they end with the layer, and i is the sphere. Weigert's fit repels at large volume and angle."""
+
+
+def test_a_law_that_is_not_written_as_a_function_is_of_its_kind(tmp_path: Path) -> None:
+    """One that a call returns, as docs/sphere_collisions.md uses it, and one that is imported."""
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "from pywet.laws import davis\nfrom pywet.laws.viscous import pitois\nfilm = davis.tangential(0.02)\n"
+    )
+    for law, kind in (("film", "viscous_tangential"), ("pitois", "viscous_normal")):
+        done = CliRunner().invoke(app, ["laws", "--check", f"{file}:{law}", "--json"])
+        assert json.loads(done.output)["kind"] == kind, done.output
 
 
 def test_a_wrong_radius_at_walls_shows(tmp_path: Path) -> None:

@@ -121,7 +121,7 @@ def _at(query: Query, log: pd.DataFrame, column: str) -> list[float | None]:
             code="bridge.short_life",
         )
     gaps, values = log["separation"].to_numpy(), log[column].to_numpy()
-    apart = gaps > 0.0  # overlapping bodies have the forces of touching ones
-    spline = CubicSpline([0.0, *gaps[apart]], [values[~apart][-1], *values[apart]])
+    apart = gaps > 0.0  # touch is extrapolated over less than a step: a law may give another force in overlap
+    spline = CubicSpline(gaps[apart], values[apart])
     reach = gaps[-1] + (gaps[-1] - gaps[-2])
     return [float(spline(max(s, 0.0))) if s <= reach else None for s in query.separations_m]

@@ -218,9 +218,7 @@ def rupture(h: float, u: float, p: Parameters) -> float:
     """Return the event of phase IV: length beyond the rupture length [m], or zero attraction (the neck of the toroid closes)."""
     length = toroid.rupture_length(bridge_volume(h, p), abs(u), p.contact_angle, p.viscosity, p.surface_tension)
     beyond = h - (0.0 if p.other.rupture_from else p.layer) - length
-    if p.other.suction_sign:
-        height, rim, angle = contact_line(h, p)
-        closing = 0.01 * rim - toroid.radii(height, rim, angle, p.other.neck_radius)[1]
-    else:
-        closing = -attraction(h, 1.0, p) / (2.0 * math.pi)
+    height, rim, angle = contact_line(h, p)
+    neck = toroid.radii(height, rim, angle, p.other.neck_radius)[1]
+    closing = 0.01 * rim - neck if p.other.suction_sign else max(-attraction(h, 1.0, p) / (2.0 * math.pi), -neck)
     return max(beyond, closing)

@@ -65,22 +65,36 @@ def combinations(content: dict[str, Any]) -> Iterator[tuple[dict[str, Any], dict
 def table(
     content: dict[str, Any], where: str = "the input", *, threads: int = 2, report: Report = lambda done, total: None
 ) -> pd.DataFrame:
-    """Return one row per combination: swept values, results, energies [J]; for a refused one the reason in `refused`."""
+    """Return one row per combination: swept values, results, energies [J]; for a refused one the reason in `refused`.
+
+    A value that is impossible by itself is refused before anything is computed, and so are values of which none fit together.
+    """
     count = math.prod(len(values) for _, values in swept(content))
     if count > MOST:
         raise PywetError(
             f"{where} asks for {count} collisions, expected at most {MOST}; split the sweep",
             code="wall.many", given=count, expected=MOST, where=where,
         )  # fmt: skip
-    problems = []
+    problems: list[tuple[dict[str, Any], Problem | PywetError]] = []
     for chosen, given in combinations(content):
         message = ", ".join(f"{key} {value}" for key, value in chosen.items())
-        problems.append((chosen, parse(Problem, given, f"{where} ({message})")))
+        try:
+            problems.append((chosen, parse(Problem, given, f"{where} ({message})")))
+        except PywetError as error:
+            if error.code != "config.inconsistent":
+                raise
+            problems.append((chosen, error))
+    refused = [problem for _, problem in problems if isinstance(problem, PywetError)]
+    if refused and len(refused) == len(problems):
+        raise refused[0]
     return collide_all(problems, threads=threads, report=report)
 
 
 def collide_all(
-    problems: Sequence[tuple[dict[str, Any], Problem]], *, threads: int, report: Report = lambda done, total: None
+    problems: Sequence[tuple[dict[str, Any], Problem | PywetError]],
+    *,
+    threads: int,
+    report: Report = lambda done, total: None,
 ) -> pd.DataFrame:
     """Return the table of given problems; collisions run in parallel `threads` (compiled code releases the global lock)."""
     rows = []
@@ -91,9 +105,11 @@ def collide_all(
     return pd.DataFrame(rows)
 
 
-def _row(pair: tuple[dict[str, Any], Problem]) -> dict[str, Any]:
+def _row(pair: tuple[dict[str, Any], Problem | PywetError]) -> dict[str, Any]:
     chosen, problem = pair
     try:
+        if isinstance(problem, PywetError):
+            raise problem
         got = wall.collide(problem)
     except PywetError as error:
         return {**chosen, "refused": str(error)}
