@@ -68,6 +68,13 @@ class Flights:
 BRIDGES = ("i", "j", "volume", "ti", "tj")
 
 
+def _placed(count: int, at: Floats, values: Floats) -> Floats:
+    """Return rows of some spheres among rows of all, which are nan for the others."""
+    found = np.full((count, values.shape[1]), np.nan)
+    found[at] = values
+    return found
+
+
 def judged(run: Run) -> bool:
     """Return whether the forces of bridges are always known: explicit, in closed form, and without mass of liquid."""
     known = {None, *capillary.LAWS, *laws.VISCOUS_NORMAL, *laws.VISCOUS_TANGENTIAL}
@@ -129,7 +136,12 @@ class Hangar:
         _, group = connected_components(coo_matrix((np.ones(len(i)), (i, j)), shape=(n, n)), directed=False)
         fly = ~np.isin(group, group[bad])
         columns = ("xyz", VELOCITY[:3], VELOCITY[3:])
-        (x, v, w), (x_end, v_end, w_end) = ([t[list(c)].to_numpy(float) for c in columns] for t in (start, end))
+        # a sphere that has left is in no output; it is not free
+        there = [place[t["id"].to_numpy()] for t in (start, end)]
+        (x, v, w), (x_end, v_end, w_end) = (
+            [_placed(n, at, t[list(c)].to_numpy(float)) for c in columns]
+            for at, t in zip(there, (start, end), strict=True)
+        )
         whole = Flights(
             np.full(n, one), setup.ids, np.full(n, two - one), x, v, w, x_end, v_end, w_end, setup.mass, setup.radius, i, j,
             stand["volume"].to_numpy(float)[rows], p.ti[rows], p.tj[rows],

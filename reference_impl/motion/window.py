@@ -172,7 +172,7 @@ def _read(folder: Path) -> Setup:
     walls, corners, part = _walls(folder, scene, recorded)
     foreign = engine(folder) in FOREIGN
     return Setup(
-        folder, scene, ids, kind, radius, mass, ~np.isin(ids, list(_driven(folder))),
+        folder, scene, ids, kind, radius, mass, ~np.isin(ids, list(driven(folder))),
         dry_contacts(scene, mass_of), walls, corners, part, entered(scene, spheres),
         retired.leaves(folder, ids), frozenset() if foreign else _broken(scene), foreign,
         created(scene, spheres, plan(folder).steps),
@@ -260,7 +260,7 @@ def _walls(folder: Path, scene: dict[str, Any], recorded: bool) -> tuple[tuple[W
     return tuple(walls), corners, table["part"].to_numpy()
 
 
-def _driven(folder: Path) -> set[int]:
+def driven(folder: Path) -> set[int]:
     """Return the spheres whose motion the deck, or YADE's task, prescribes."""
     task = folder / "engine" / "task.json"
     if task.exists():

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay import coverage, io
+from reference_impl.replay import coverage, io, plans
 from reference_impl.replay.arrays import Floats, size, vectors
 from reference_impl.replay.bodies import bodies
 from reference_impl.replay.compare import Quantity, compare
@@ -44,12 +44,18 @@ def check(run: Run) -> list[Quantity]:
 
 
 def _refuse(run: Run, table: pd.DataFrame) -> None:
-    """Refuse a table that lacks a sampled sphere at a check."""
+    """Refuse a table that lacks a check, or a sampled sphere at one, and drops between checks."""
     ids = run.table("spheres")["id"].to_numpy(np.int64)
     most = (SAMPLES << 32) // max(len(ids), SAMPLES)
     wanted = ids[(ids * 2654435761) % (1 << 32) < most]
-    looks = table.groupby("step").size()
-    if sorted(table["id"].unique()) != sorted(wanted) or (looks != len(wanted)).any():
+    looks, planned = table.groupby("step").size(), plans.plan(run.folder).steps
+    every = plans.drops_every(io.scene(run.folder))
+    if (run.shed["step"] % every != 0).any():
+        raise io.ReplayError(
+            f"{where(run.folder, io.SHED)} has drops between the checks, which are every {every} steps: run the case again"
+        )
+    whole = looks.index.tolist() == list(range(0, planned + 1, every))
+    if not whole or sorted(table["id"].unique()) != sorted(wanted) or (looks != len(wanted)).any():
         raise io.ReplayError(
             f"{where(run.folder, 'felt')} holds {len(table)} rows of {table['id'].nunique()} spheres; expected the {len(wanted)} "
             "sampled ones at every step at which drops fall: run the case again"

@@ -12,7 +12,7 @@ from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
 from reference_impl.replay.liquid_ledger import Columns
-from reference_impl.replay.lives import FORMATION, RUPTURE, Lives, keys
+from reference_impl.replay.lives import FORMATION, RETIREMENT, RUPTURE, Lives, keys
 from reference_impl.replay.plans import entered
 
 __all__ = ["FORMATION", "RUPTURE", "at_step", "bodies", "check", "end", "ledger"]
@@ -59,7 +59,10 @@ def check_rupture(run: Run, lives: Lives) -> list[Quantity]:
     if coverage.law(run, "dynamic_rupture") and coverage.known(run, "dynamic_rupture"):
         factor = laws.pitois_factor(events["speed"].to_numpy(float), run.meta["viscosity"], run.meta["surface_tension"])
     due = events["separation"].to_numpy() >= static * factor * (1.0 - 1e-9)
-    right, one = np.where(events["kind"] == RUPTURE, due, True).astype(float), np.ones(len(events))
+    others = np.isin(
+        events["kind"], (FORMATION, RETIREMENT)
+    )  # these are judged elsewhere, and there are no further kinds
+    right, one = np.where(events["kind"] == RUPTURE, due, others).astype(float), np.ones(len(events))
     late, zero = late_ruptures(run, static, lives).astype(float), np.zeros(len(events))
     return [
         *found,

@@ -126,6 +126,17 @@ def outputs_every(scene: dict[str, Any]) -> int:
     return slow * max(1, round(scene["output"]["interval_s"] / float(scene["time_step_s"])) // slow)
 
 
+DROPS_EVERY_S = 1e-3
+"""Time between two checks for drops, about: the checks divide the time between outputs into equal parts."""
+
+
+def drops_every(scene: dict[str, Any]) -> int:
+    """Return the number of steps between checks for drops."""
+    steps = outputs_every(scene)
+    parts = max(1, round(steps * float(scene["time_step_s"]) / DROPS_EVERY_S))
+    return steps // max(n for n in range(1, min(parts, steps) + 1) if steps % n == 0)
+
+
 def impulse(scene: dict[str, Any]) -> int:
     """Return the number of steps between evaluations of the bridges (`bridges_every`).
 

@@ -106,12 +106,11 @@ def _of_dry(folder: Path) -> Logged:
     quantities += retired.of_dry(folder)
     none = {"events": 0, "contacts": 0, "unchecked": [], "events_per_s": 0.0, "contacts_per_s": 0.0}
 
-    def named(failed: list[str]) -> dict[str, Any] | None:
-        found = dynamics.named(folder, None, failed)
-        if "mesh_motion" not in failed:
-            return found
-        walls = diagnosis.diagnose(iter([of_tables.walls(window.read(folder))]), failed)
-        return diagnosis.together(failed, found, walls) if found else walls
+    def named(failed: list[str]) -> dict[str, Any]:
+        links = [of_tables.walls(window.read(folder))] if "mesh_motion" in failed else []
+        found = diagnosis.diagnose(iter(links), failed)
+        motion = dynamics.named(folder, None, failed)
+        return diagnosis.together(failed, motion, found) if motion else found
 
     return Logged(quantities, motion, none, named)
 

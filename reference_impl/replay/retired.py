@@ -150,13 +150,13 @@ class Count:
         rows, after = rows[inside].reset_index(drop=True), after[inside]
         films, size = shots[after, rows["id"]], np.full(len(rows), mean)
         found = compare("retired_film", "mean film of a sphere", rows["film"].to_numpy(float), films, size, rows)
-        return [found, *map(_quantity, self.deviations(part))] if self.rule or len(self.gone) else []
+        judged = self.rule or len(self.gone) or (part.table("events")["kind"] == RETIREMENT).any()
+        return [found, *map(_quantity, self.deviations(part))] if judged else []
 
     def deviations(self, part: Run) -> list[Deviation]:
-        """Compare retired spheres, their positions and the bridges that ended with them; nothing if no sphere is retired."""
-        if self.rule is None:
-            return self._of_bridges(part) if len(self.gone) else []
-        return [*of_places(self.rule, self.gone, part.table("trajectory")), *self._of_bridges(part)]
+        """Compare retired spheres, their positions and the bridges that ended with them."""
+        places = of_places(self.rule, self.gone, part.table("trajectory")) if self.rule else []
+        return [*places, *self._of_bridges(part)]
 
     def _of_bridges(self, part: Run) -> list[Deviation]:
         """Check that a bridge ends by retirement if one of its spheres is retired in that step, and that none outlives them."""

@@ -13,13 +13,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay import io, retired, script
+from reference_impl.motion import window
+from reference_impl.replay import io, plans, retired, script
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import refuse
 from reference_impl.replay.compare import TOLERANCE, Quantity, compare
 from reference_impl.replay.io import ReplayError
 from reference_impl.replay.plans import AGAIN, Plan, plan
 
+MOVING = ("vx", "vy", "vz", "wx", "wy", "wz")
 OF_BRIDGES = (
     "meta.json",
     *(f"{n}.parquet" for n in ("events", "contacts", "ledger", "films", "impulses", "bridges", "wall_films")),
@@ -88,11 +90,11 @@ def _trajectory(run: Path, planned: Plan) -> int:
     path, spheres = run / "trajectory.parquet", io.columns(run / "history" / "spheres.parquet", ["id", "type"])
     left = np.sort(retired.table(run)["step"].to_numpy()) if io.scene(run).get("outlets") else np.zeros(0)
     rows = _each(path, planned, _there(run, planned, len(spheres) - np.searchsorted(left, planned.outputs)))
-    table = io.columns(path, ["step", "id", "type", "x", "y", "z"])
+    table = io.columns(path, ["step", "id", "type"])
     _known(path, table["id"], spheres["id"], "sphere")
     kinds = table["id"].map(spheres.set_index("id")["type"])
-    if (kinds != table["type"]).any() or table.duplicated(["step", "id"]).any() or _start_off(run, table):
-        raise ReplayError(f"{path} has other spheres, types or first places than history/spheres.parquet and the file that "
+    if (kinds != table["type"]).any() or table.duplicated(["step", "id"]).any() or _start_off(run):
+        raise ReplayError(f"{path} has other spheres, types, first places or velocities than history/spheres.parquet and the file that "
                           f"scene.json starts from; expected the trajectory of this run: {AGAIN}")  # fmt: skip
     return rows
 
@@ -102,16 +104,29 @@ def _there(run: Path, planned: Plan, scene: int | Floats) -> int | Floats:
     return script.present(run, planned.outputs) if script.of(run) else scene
 
 
-def _start_off(run: Path, table: pd.DataFrame) -> bool:
-    """Return whether the first frame differs from the start of the scene."""
+def _start_off(run: Path) -> bool:
+    """Return whether the first frame differs from the start of the scene: places, and in LIGGGHTS velocities and spins.
+
+    Without velocities in the scene's file the spheres are at rest; those that the engine drives are left out.
+    """
     path = run / io.scene(run)["spheres_file"]
     if not path.exists():
         return False
-    start = io.columns(path, ["id", "x", "y", "z"]).merge(table[table["step"] == 0], on="id", suffixes=("_0", ""))
-    at, first = (start[[f"{axis}{end}" for axis in "xyz"]].to_numpy(float) for end in ("", "_0"))
-    return bool(
-        (np.abs(at - first) > TOLERANCE * np.maximum(np.abs(first).max(axis=1, initial=0.0), 1e-3)[:, None]).any()
-    )
+    moving = MOVING if plans.engine(run) == "LIGGGHTS" else ()
+    start = io.columns(path, ["id", *"xyz", *(n for n in moving if n in io.names(path))])
+    frame = io.table(run / "trajectory.parquet", "trajectory", [("step", "==", 0)])
+    both = start.merge(frame, on="id", suffixes=("_0", ""))
+    free = ~both["id"].isin(window.driven(run)).to_numpy()
+    for names, rows in (((*"xyz",), np.ones(len(both), bool)), (moving[:3], free), (moving[3:], free)):
+        if not names:
+            continue
+        at = both.loc[rows, list(names)].to_numpy(float)
+        first = np.stack(
+            [both.loc[rows, f"{n}_0"] if f"{n}_0" in both else np.zeros(rows.sum()) for n in names], axis=1
+        )
+        if (np.abs(at - first) > TOLERANCE * np.maximum(np.abs(first).max(axis=1, initial=0.0), 1e-3)[:, None]).any():
+            return True
+    return False
 
 
 def _numbered(run: Path) -> dict[str, int]:
@@ -167,6 +182,10 @@ def _liquid(history: Path, planned: Plan) -> dict[str, int]:
     _known(history / "wall_films.parquet", walls["triangle"], known, "triangle")
     rows["events"] = _events(history / "events.parquet", ledger, planned)
     rows["contacts"] = _contacts(history, planned)
+    if planned.energy and plans.engine(history.parent) == "LIGGGHTS":
+        path, steps = history / "window_energy.parquet", planned.contact_steps
+        rows["window_energy"] = len(found := io.columns(path, ["step"])["step"].to_numpy())
+        _steps(path, found, steps, "steps of the windows at which bridges act")
     return rows
 
 

@@ -97,6 +97,14 @@ def test_the_liquid_is_booked_to_the_outlets(run: pywet.Run) -> None:
 
 
 @pytest.mark.engine
+def test_explicit_drag_is_replayed_where_spheres_leave(tmp_path: Path) -> None:
+    """Flights between outputs are recomputed then; those that have left are in no output."""
+    explicit = {"time_step_s": 2e-6, "viscous_integration": "explicit"}
+    few = scene().spheres[0].model_copy(update={"count": 6})
+    made = scene(spheres=[few.model_dump(exclude_unset=True)], duration_s=0.25, time_step=explicit)
+    assert len(gone(pywet.run(made, tmp_path / "run").path)) > 2
+
+
 def test_the_page_lists_all_liquid_that_was_put_in(run: pywet.Run) -> None:
     """In each row of the ledger on the page the reservoirs, with what left with spheres, add up to the last column."""
     table, _ = re.findall("<table>(.*?)</table>", scene_page._ledger((run,)), re.DOTALL)

@@ -194,7 +194,10 @@ def trace(y0: Floats, c: Case, stop: float) -> tuple[int, Floats]:
                 return LOST, points[:count]
             continue
         if turned[GAP] <= 0.0 or second * sign <= 0.0:
-            y, tangent = _limit(y, size, tangent, c, sign)
+            last, along = _limit(y, size, tangent, c, sign, True)
+            if along[GAP] >= 1e-3 and not c.symmetric:
+                last, along = _limit(y, size, tangent, c, sign, False)
+            y, tangent = last, along
             points[count] = y
             count += 1
             if tangent[GAP] < 1e-3:
@@ -224,17 +227,17 @@ def follow(c: Case, stop: float) -> tuple[int, Floats]:
 
 
 @jit
-def _limit(y: Floats, size: float, tangent: Floats, c: Case, sign: float) -> tuple[Floats, Floats]:
+def _limit(y: Floats, size: float, tangent: Floats, c: Case, sign: float, smooth: bool) -> tuple[Floats, Floats]:
     """Return the last stable point between y and the next step, and the tangent there.
 
-    `second` is zero at the limit: the Illinois method on it, with bisection where it has no change of sign, on the step.
+    By bisection on the step, or, where `second` passes smoothly through zero, by the Illinois method on it.
     """
     low, high, at_low, at_high, side = 0.0, size, 0.0, 0.0, 0  # 0: not known
     best, best_tangent = y.copy(), tangent.copy()
     least = 1e-12 + 1e-11 * size
     while high - low > least:
         middle = 0.5 * (low + high)
-        if at_low > 0.0 and at_high < 0.0:
+        if smooth and at_low > 0.0 and at_high < 0.0:
             zero = low + (high - low) * at_low / (at_low - at_high)
             middle = min(max(zero, low + 0.9 * least), high - 0.9 * least)
         _, trial, turned, second = step_along(y, middle, tangent, c)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson
 
-from pywet.laws.exact_bridge import Bridge, rupture, solve
+from pywet.laws.exact_bridge import Bridge, branch, rupture, solve, table
+from pywet.laws.exact_bridge.meridian import GAP
 from tests.error_codes import raises_code
 
 PLATE = math.inf
@@ -250,3 +251,10 @@ def test_rupture_distance_grows_with_volume() -> None:
 def test_refuses_what_is_no_bridge(arguments: tuple[float, ...], code: str, key: str) -> None:
     with raises_code(code, key=key):
         solve(*arguments)  # type: ignore[arg-type]
+
+
+def test_a_branch_that_nearly_meets_another_at_its_limit_is_followed() -> None:
+    """A concave body of 40 and 45 degrees, a node of a table: the corrector hardly converges where both come close."""
+    case = table.case_of(-0.04881318798871452, 0.0001428713629385982, math.radians(40), math.radians(45), False)
+    kind, points = branch.follow(case, math.inf)
+    assert kind == branch.FOLD and points[-1, GAP] == points[:, GAP].max()
