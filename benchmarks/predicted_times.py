@@ -21,7 +21,7 @@ ALLOWED = 1.3
 def main(scale: str = "smoke", folder: str = "", folder_of_config: str = "config") -> None:
     """Print a line for each run, measured on this machine."""
     config = settings.load(Path(folder_of_config))
-    machine, habit = command.calibrated(config.folder), command.habit(choice.for_scale(scale)[0])
+    machine, habit = command.calibrated(), command.habit(choice.for_scale(scale)[0])
     ratios = []
     print("run  predicted [s]  processor time [s]  wall time [s]  predicted/processor  predicted/wall")
     for path in sorted(Path(folder or f"results/{scale}").glob("case[0-9][0-9]*/engine/run.json")):

@@ -304,6 +304,12 @@ MAY_BE_EMPTY = {
 """Tables of a complete run that may be empty."""
 
 
+def column(prefix: str, class_name: str, unit: str = "") -> str:
+    """Name of a column of one size class, such as `fraction_retained_pom_5_mm`."""
+    slug = re.sub(r"[^a-z0-9]+", "_", class_name.lower()).strip("_")
+    return f"{prefix}_{slug}{unit}"
+
+
 def expected_columns(path: Path) -> Mapping[str, str]:
     """Return the columns that a table of a run directory must have; none for other files."""
     return TABLES.get(_name(path), {})

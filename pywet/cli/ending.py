@@ -107,12 +107,11 @@ def _retained(runs: Sequence[RunDir]) -> Iterator[str]:
     read = [run.json("summary.json", Summary, required=True) for run in runs]
     ends = [s["fraction_retained_end"] for s in read]
     coarse = read[0]["coarse_share"]
-    passed = (1.0 - mean(ends)) / (1.0 - coarse)
-    spread = f" (95 % interval of the mean over {len(ends)} seeds)" if len(ends) > 1 else ""
-    yield (
-        f"fraction retained at the end {with_interval(ends)}{spread}; share that cannot pass {coarse:.3f}, "
-        f"so {round(100 * passed)} % of what can pass has passed"
+    passed = (
+        f", so {round(100 * (1.0 - mean(ends)) / (1.0 - coarse))} % of what can pass has passed" if coarse < 1.0 else ""
     )
+    spread = f" (95 % interval of the mean over {len(ends)} seeds)" if len(ends) > 1 else ""
+    yield (f"fraction retained at the end {with_interval(ends)}{spread}; share that cannot pass {coarse:.3f}{passed}")
 
 
 def _screen(runs: Sequence[RunDir]) -> Iterator[str]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.markup import escape
 from rich.table import Table
 
 from pywet.cli.showing import out, tell
@@ -38,7 +39,7 @@ def screen_numbers(
     found = {run: screen_page.screen(run, aperture, from_s, deck) for run in runs}
     scenes = grouping.by_scene(list(found))
     names = [numbers["run"] for numbers in found.values()]
-    table = Table("", *(names if len(set(names)) == len(names) else map(str, found)))
+    table = Table("", *map(escape, names if len(set(names)) == len(names) else map(str, found)))
     columns = [screen_page.five(numbers) for numbers in found.values()]
     for name in dict.fromkeys(name for column in columns for name in column):
         table.add_row(name, *(column.get(name, "–") for column in columns))
@@ -92,7 +93,13 @@ def kinetics(
     found = laws.kinetics(runs)
     table = Table("class", "law", "parameters (s, 1/s; ± 95 %)", "rms", "rms, seeds not fitted")
     for row in found.itertuples():
-        table.add_row(str(row[1]), str(row[2]), str(row[3]), f"{row[4]:.4f}", f"{row[5]:.4f}" if len(runs) > 1 else "–")
+        table.add_row(
+            escape(str(row[1])),
+            str(row[2]),
+            escape(str(row[3])),
+            f"{row[4]:.4f}",
+            f"{row[5]:.4f}" if len(runs) > 1 else "–",
+        )
     out.print(table)
     if len(runs) == 1:
         tell("one run: ranked by the fit itself; give several seeds for a ranking on what was not fitted")
@@ -111,7 +118,7 @@ def _predict(runs: list[Path], deck: Path, from_s: float | None, file: Path | No
         shares = [(row[way], row[f"{way}_half"]) for way in ("plug_flow", "residence_times")]
         ways = [f"{100 * t:.1f}" + ("" if math.isnan(half) else f" ± {100 * half:.1f}") for t, half in shares]
         simulated = f"{100 * row['T']:.1f} ({100 * row['T_low']:.1f} – {100 * row['T_high']:.1f})"
-        table.add_row(str(row["class"]), f"{row['diameter_mm']:g}", str(row["law"]), *ways, simulated)
+        table.add_row(escape(str(row["class"])), f"{row['diameter_mm']:g}", str(row["law"]), *ways, simulated)
     out.print(table)
     if file is not None:
         write_csv(found, file)

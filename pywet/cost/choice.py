@@ -9,7 +9,7 @@ accuracy permits all combinations of a higher one, and so never costs more.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
@@ -130,14 +130,19 @@ def choose(
     wanted: Sequence[str] = WANTED,
     turned: Collection[str] = CONFIGURABLE,
     longer_by: float = 1.0,
+    runs: Callable[[dict[str, Level]], bool] = lambda levels: True,
 ) -> Chosen:
-    """Return the cheapest combination within the accuracy in all wanted groups; raises `PywetError` if there is none."""
+    """Return the cheapest combination within the accuracy in all wanted groups; raises `PywetError` if there is none.
+
+    `runs`: whether a combination is stable.
+    """
     best: Chosen | None = None
     nearest = math.inf
     for combination in combinations(options(table, moist, turned, longer_by), wanted):
         worst = max(combination.error.values(), default=0.0)
         nearest = min(nearest, worst)
-        if worst <= accuracy and (best is None or (combination.cost, worst) < (best.cost, max(best.error.values()))):
+        better = best is None or (combination.cost, worst) < (best.cost, max(best.error.values()))
+        if worst <= accuracy and better and runs(combination.levels):
             best = combination
     if best is None:
         raise PywetError(

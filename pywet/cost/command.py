@@ -9,6 +9,7 @@ from pywet.cases.screening import cases
 from pywet.config import Config
 from pywet.cost import choice, cost, edit
 from pywet.errors import PywetError
+from pywet.planning import time_steps
 from pywet.util.notices import bar
 
 
@@ -25,10 +26,10 @@ def habit(table: dict[str, Any]) -> cost.Habit:
     return cost.Habit(laws, integrations, table["habit"]["exact_start"])
 
 
-def calibrated(config_dir: Path) -> cost.Coefficients:
+def calibrated() -> cost.Coefficients:
     """Return the cost model of this machine; at the first call it is measured, with a progress bar."""
     with bar("measuring this machine (once, a minute)") as move:
-        return cost.of_this_machine(config_dir, move)
+        return cost.of_this_machine(move)
 
 
 def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str], write: Path | None) -> list[str]:
@@ -45,9 +46,18 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     table, turned = choice.for_scale(scale)
     moist = config.case(case).liquid_percent > 0
     longer = cases.longer_by(edit.changed(config, scale, {"integration": "explicit"}), case, scale)
-    chosen = choice.choose(table, share, moist, groups, turned, longer)
+
+    def runs(levels: dict[str, edit.Level]) -> bool:
+        made = cases.ingredients(
+            edit.changed(config, scale, {k: v for k, v in levels.items() if k in turned}), case, scale
+        )
+        return made.time_step_s * int(levels.get("bridges_every", 1)) <= time_steps.packed_step(
+            made.classes, made.pairs
+        )
+
+    chosen = choice.choose(table, share, moist, groups, turned, longer, runs)
     changed = {parameter: level for parameter, level in chosen.levels.items() if parameter in turned}
-    machine, known = calibrated(config.folder), habit(table)
+    machine, known = calibrated(), habit(table)
     seconds, load = cost.predict(edit.changed(config, scale, changed), case, scale, machine, known)
     before, _ = cost.predict(config, case, scale, machine, known)
     lines = _shown(share, groups, moist, table)

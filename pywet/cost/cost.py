@@ -28,6 +28,7 @@ from pywet.cost.timing import machine
 from pywet.cost.trial import Costs
 from pywet.engines.liggghts.build import source_hash
 from pywet.errors import PywetError
+from pywet.shipped import place
 from pywet.util import caches
 from pywet.util.files import read_model, write_json
 
@@ -92,8 +93,8 @@ def measured_here() -> Coefficients | None:
         return None
 
 
-def of_this_machine(config_dir: Path, report: Callable[[int, int], None] = lambda done, of: None) -> Coefficients:
-    """Return the coefficients from the cache, or measure them in about a minute and cache them."""
+def of_this_machine(report: Callable[[int, int], None] = lambda done, of: None) -> Coefficients:
+    """Return the coefficients from the cache, or measure them in about a minute with the shipped configuration and cache them."""
     held, done = measured_here(), 0
     if held is not None:
         return held
@@ -103,7 +104,7 @@ def of_this_machine(config_dir: Path, report: Callable[[int, int], None] = lambd
         done += 1
         report(done, trial.LATTICES * len(trial.SIZES))
 
-    config = settings.load(config_dir)
+    config = settings.load(place("config"))
     measured = Coefficients(*(trial.measure(config, case, width, count) for case, width in trial.SIZES))
     date = datetime.datetime.now(datetime.UTC).isoformat()
     write_json(_path(), {**asdict(measured), "machine": machine(), "date": date})

@@ -165,16 +165,17 @@ def progress_bar(scene: EngineScene, wanted: bool) -> Iterator[Report]:
 
 
 def _line_reporter(scene: EngineScene) -> Report:
-    started, shown = time.monotonic(), -1
+    started, shown, first = time.monotonic(), -1, -1  # first: the step from which a resumed run goes on
 
     def report(done: int, total: int) -> None:
-        nonlocal shown
+        nonlocal shown, first
+        first = done if first < 0 else first
         tenth = 10 * done // max(total, 1)
         if tenth == shown:
             return
         shown = tenth
         elapsed = time.monotonic() - started
-        tail = f", about {elapsed * (total - done) / done:.0f} s to go" if done and done < total else ""
+        tail = f", about {elapsed * (total - done) / (done - first):.0f} s to go" if first < done < total else ""
         notice.info(f"{scene.name}: {100 * done / max(total, 1):3.0f} % after {elapsed:.0f} s{tail}")
 
     return report

@@ -74,9 +74,9 @@ class RunStore:
         self.partial, self.engine = run_dir / "engine.partial", run_dir / "engine"
         self.made = self.partial / TABLES
 
-    @cached_property
+    @property
     def is_begun(self) -> bool:
-        """Whether `engine.partial` holds a run with this fingerprint."""
+        """Whether `engine.partial` holds a run with this fingerprint by now."""
         try:
             return bool(read_json(self.partial / FINGERPRINT, "") == {"fingerprint": self.digest})
         except PywetError:

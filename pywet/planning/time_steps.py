@@ -25,7 +25,7 @@ Skeel 1993, J. Comput. Phys. 109, 318).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -169,6 +169,20 @@ def _present(scene: EngineScene) -> list[ContactPair]:
     ]
 
 
+def packed_step(classes: Sequence[SphereClass], pairs: Iterable[ContactPair]) -> float:
+    """Return the largest stable step [s] of linear contacts in a dense bed, also for impulses of bridges."""
+    steps = []
+    for pair in pairs:
+        m, k = contact.pair_mass(classes, pair), pair.normal_stiffness_N_per_m
+        k_t = (1.0 + SPIN) * pair.tangential_stiffness_N_per_m
+        steps.append(_linear_step(m, k, k_t, contact.damping(pair.restitution, m, k), PACKED))
+    return min(steps)
+
+
+def _linear_step(m: float, k: float, k_t: float, gamma: float, crowd: float) -> float:
+    return min(largest_step(m, k, gamma, 0.0, False, crowd), largest_step(m, k_t, 0.0, 0.0, False, crowd))
+
+
 def _pair_limits(scene: EngineScene, pair: ContactPair, crowd: float) -> Iterator[Limit]:
     one, two = scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
     m = contact.pair_mass(scene.classes, pair)
@@ -178,8 +192,7 @@ def _pair_limits(scene: EngineScene, pair: ContactPair, crowd: float) -> Iterato
     gamma = contact.damping(pair.restitution, m, k)
     implicit = scene.viscous_integration == "semi_implicit"
     k_t = (1.0 + SPIN) * stiffer * pair.tangential_stiffness_N_per_m
-    linear = min(largest_step(m, k, gamma, 0.0, False, crowd), largest_step(m, k_t, 0.0, 0.0, False, crowd))
-    dry = linear if scene.hertz is None else hertz_step(m, pair, crowd)
+    dry = _linear_step(m, k, k_t, gamma, crowd) if scene.hertz is None else hertz_step(m, pair, crowd)
     yield Limit("contact", bodies, dry)
     if scene.hertz is not None:
         lasts, wave = _hertz_times(scene.hertz, scene.classes, pair)

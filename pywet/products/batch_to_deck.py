@@ -92,6 +92,11 @@ def predict(batches: Sequence[Path | str], deck: Path | str, from_s: float | Non
     with run_folder.reading(folder, *map(Path, batches)):
         runs, run = [kinetics.curves(Path(b)) for b in batches], RunDir(folder)
         flow = streams.read(run, from_s)
+        if not flow.continuous:
+            raise PywetError(
+                f"{shown(folder)} is a batch, whose spheres do not stay for a residence time; expected a deck with insertion",
+                code="kinetics.no_tracer", where=folder,
+            )  # fmt: skip
         times, curve = tracer(flow, folder), curve_of(run, flow)
         rows = []
         for kind in sorted(run.scene.classes, key=lambda c: c.radius_m):

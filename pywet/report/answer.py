@@ -17,12 +17,12 @@ def rows(results: Sequence[CaseResult]) -> list[list[CaseResult]]:
 
 
 def passed(ends: Sequence[float], coarse: float) -> list[float]:
-    """Per cent of the mass of the classes that can pass, liquid included, which has passed, of every seed.
+    """Per cent of the mass of the classes that can pass, liquid included, which has passed, of every seed; 0 if none can.
 
     >>> passed([0.6], 0.2)
     [50.0]
     """
-    return [100.0 * (1.0 - end) / (1.0 - coarse) for end in ends]
+    return [100.0 * (1.0 - end) / (1.0 - coarse) if coarse < 1.0 else 0.0 for end in ends]
 
 
 def not_agreeing(results: Sequence[CaseResult]) -> dict[str, list[CaseResult]]:

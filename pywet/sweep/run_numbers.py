@@ -7,11 +7,12 @@ from typing import Any
 
 from pywet.cases.custom import description, walls
 from pywet.cases.screening import cases
-from pywet.cases.screening.results import WALL_RESERVOIRS, column
+from pywet.cases.screening.results import WALL_RESERVOIRS
 from pywet.config import Config
 from pywet.products import screening_report
 from pywet.products.streams import PRODUCTS
 from pywet.runs.loaded import Run
+from pywet.schema import column
 from pywet.sweep.base_kind import Numbers
 
 OF_ANY = (

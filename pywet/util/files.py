@@ -294,7 +294,9 @@ def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), ste
 
     path = Path(path)
     with _readable(path, cure):
-        _bounded(path)
+        regular(path, AGAIN)
+        if step is None:
+            _bounded(path)
         filters = None if step is None else [("step", "==", step)]
         table = parquet.read_table(path, page_checksum_verification=True, filters=filters)
         table = table.to_pandas(ignore_metadata=True)  # an index that pandas has recorded is an ordinary column

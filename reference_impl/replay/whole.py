@@ -94,8 +94,8 @@ def _trajectory(run: Path, planned: Plan) -> int:
     _known(path, table["id"], spheres["id"], "sphere")
     kinds = table["id"].map(spheres.set_index("id")["type"])
     if (kinds != table["type"]).any() or table.duplicated(["step", "id"]).any() or _start_off(run):
-        raise ReplayError(f"{path} has other spheres, types, first places or velocities than history/spheres.parquet and the file that "
-                          f"scene.json starts from; expected the trajectory of this run: {AGAIN}")  # fmt: skip
+        raise ReplayError(f"{path} has other spheres, types, first places or velocities than history/spheres.parquet and the "
+                          f"file that scene.json starts from; expected the trajectory of this run: {AGAIN}")  # fmt: skip
     return rows
 
 

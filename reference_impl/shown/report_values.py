@@ -247,9 +247,8 @@ def _answer(cases: Cases, numbers: Numbers) -> Iterator[Value]:
     if there:
         time = cases.column(groups[cases.configuration(there[0])][0], "fraction_retained")
         yield "time_since_opening_s", None if time is None else float(time[0][-1]), "2 digits"
-    passed = {
-        n: [100.0 * (1.0 - end) / (1.0 - cases.summary(n)["coarse_share"]) for end in cases.ends(n)] for n in there
-    }
+    through = {n: 1.0 - cases.summary(n)["coarse_share"] for n in there}
+    passed = {n: [100.0 * (1.0 - end) / through[n] if through[n] else 0.0 for end in cases.ends(n)] for n in there}
     for n, shares in passed.items():
         yield f"{name_of(n)}.moisture", cases.liquid(n), "states"
         yield from _spread(f"{name_of(n)}.passed_percent", shares, "unit")

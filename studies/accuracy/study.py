@@ -125,7 +125,7 @@ class AccuracyStudy(study.Study):
 
     def expected(self) -> float:
         """Return the expected time of the missing runs on this machine [s]; a few seconds are assumed for each small scene."""
-        machine = command.calibrated(self.config_dir)
+        machine = command.calibrated()
         habit, total = command.habit(choice.for_scale(sieve.SIZES[self.size].scale)[0]), 0.0
         for run in self.missing():
             if run.labels["scene"] not in SCREENING:

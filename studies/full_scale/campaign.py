@@ -197,7 +197,7 @@ def main(
     configs = dict.fromkeys(case or [n for n in ORDER if n in config.cases], config)
     if scale == "full" and not variant:
         configs = turned(config, configs, out)
-    jobs = prepare(configs, seed or [config.settings.seed], scale, out, variant, calibrated(config_dir))
+    jobs = prepare(configs, seed or [config.settings.seed], scale, out, variant, calibrated())
     for job in jobs:
         job.done = (data / job.name / "run.json").exists()
     disk = [1e-9 * j.need.disk_B for j in jobs if not j.done]

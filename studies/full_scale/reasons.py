@@ -15,9 +15,9 @@ import numpy as np
 import pandas as pd
 import typer
 
-from pywet.cases.screening.results import column
 from pywet.errors import PywetError, border
 from pywet.runs.rundir import RunDir
+from pywet.schema import column
 from pywet.util.files import read_json, write_csv
 from studies.full_scale.judging import each
 from studies.full_scale.quantities import MAJORITY, through

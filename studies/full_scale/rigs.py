@@ -140,7 +140,7 @@ def run(
     if unknown := [name for name in rigs if name not in RIGS]:
         raise PywetError(f"there is no rig {', '.join(unknown)}; expected of {', '.join(RIGS)}")
     command, failed = [sys.executable, "-P", "-m", "pywet.cli.app", "run", "--scale", "full"], []
-    base, machine = settings.load(config_dir), calibrated(config_dir)
+    base, machine = settings.load(config_dir), calibrated()
     for rig in rigs:
         configs = {n: settings.load(configure(config_dir, out, rig, base.case(n).aperture_mm)) for n in case}
         jobs = prepare(configs, seed or [base.settings.seed], "full", out, rig, machine)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.cases.screening.results import LIQUID_TOLERANCE, coarse_share, column
+from pywet.cases.screening.results import LIQUID_TOLERANCE, coarse_share
 from pywet.cases.screening.verdict import agreement, objections
 from pywet.config.cases import CLASS_NAMES
 from pywet.errors import PywetError
@@ -23,6 +23,7 @@ from pywet.laws.contact import film_thickness
 from pywet.products.apertures import wedged
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.shapes import EngineRun, Summary
+from pywet.schema import column
 from pywet.util.files import read_json, write_csv, write_json
 
 TABLES = ("fraction_retained", "liquid_by_holder", "spheres")

@@ -36,7 +36,7 @@ class Runs:
         """Run cases of a combination and store their tables; raises `PywetError` if one fails or is not trusted."""
         out, plain = self.folder / name_of(place), self.configured(place)
         configs = {case: self.configured(place, plain.case(case).aperture_mm) for case in cases}
-        jobs = campaign.prepare(configs, seeds, self.question.scale, out / "runs", "", calibrated(self.source))
+        jobs = campaign.prepare(configs, seeds, self.question.scale, out / "runs", "", calibrated())
         command = [sys.executable, "-P", "-m", "pywet.cli.app", "run", "--scale", self.question.scale]
         about = {"variant": "", "scale": self.question.scale, "commit": commit(), "combination": name_of(place)}
         failed = campaign.Campaign(jobs, out / "data", command, about, self.question.cores).run()

@@ -91,7 +91,7 @@ AS_PUBLISHED: dict[tuple[str, str], set[str]] = {
     ("viscous_tangential", "buck"): {"continuity over separation"},
     ("rupture", "buck"): {"exchange of the two bodies"},
 }
-"""Laws of a sphere on a wetted wall: they end with the layer, and i is the sphere. Weigert's fit repels much liquid at large angles."""
+"""Laws of a sphere on a wetted wall: they end with the layer, and i is the sphere. Weigert's fit turns to repulsion."""
 
 
 def test_a_law_that_is_not_written_as_a_function_is_of_its_kind(tmp_path: Path) -> None:

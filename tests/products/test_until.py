@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import shutil
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -134,6 +135,21 @@ def test_a_run_ends_when_its_partition_is_known(run: pywet.Run, tmp_path: Path) 
     assert_same(tables_of(tmp_path / "whole"), tables_of(run.path))
     pywet.run(known(), run.path)  # the run already exists
     assert EngineScene.read(run.path / "scene.json").blocks == found["blocks"]
+
+
+@pytest.mark.engine
+def test_each_block_goes_on_where_the_last_one_ended(tmp_path: Path) -> None:
+    """The engine is never started again at step 0 once it has begun."""
+    starts: list[int] = []
+
+    def launch(*given: Any) -> process.Usage:
+        starts.append(int(given[0][-2]))
+        return process.execute(*given)
+
+    asked = known({"partition_percent": 9, "least_blocks": 5})
+    building.write(asked, tmp_path)
+    driver.run(tmp_path, progress=False, launch=launch, extend=until.extension(asked.until))
+    assert len(starts) > 2 and starts[0] == 0 and all(b > a for a, b in pairwise(starts)), starts
 
 
 @pytest.mark.slow

@@ -23,6 +23,7 @@ from pywet.products.outlets import Outlet
 from pywet.products.size_classes import Sizes
 from pywet.products.until import Until
 from pywet.scene import Across, NonNegative, Positive, Profile, Title, Vector
+from pywet.schema import column
 from pywet.util.notices import notice
 
 WALLS = "walls"
@@ -370,6 +371,7 @@ class Scene(Excusable):
             raise ValueError("spheres, or a feed")
         wrong = _doubled("spheres", [s.name for s in self.spheres]) + _doubled("walls", [w.name for w in self.walls])
         wrong += _doubled("outlets", [o.name for o in self.outlets])
+        wrong += _alike("spheres", [s.name for s in self.spheres]) + _alike("feed", [f.name for f in self.feed])
         if self.periodic and self.deck and self.deck.periodic:
             wrong.append("no periodic together with a deck with periodic: true")
         if (self.outlets or self.deck) and self.results.checkpoints == 0:
@@ -480,6 +482,15 @@ def _made(model: type[Entry], given: dict[str, Any], where: str) -> Entry:
         return model(**given)
     except ValidationError as error:
         raise mistake(error, model, where) from error
+
+
+def _alike(what: str, names: list[str]) -> list[str]:
+    """Return a mistake if the columns of different names would have one name."""
+    columns = {column("", name): name for name in names}
+    twins = [(name, columns[column("", name)]) for name in names if columns[column("", name)] != name]
+    return [
+        f"{what} whose names differ in a to z or digits, of which columns have theirs ({a}, {b})" for a, b in twins[:1]
+    ]
 
 
 def _doubled(what: str, names: list[str]) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.cases.custom.at_walls import PRESSED, AtWalls
-from pywet.cases.screening.results import LIQUID_TOLERANCE, Check, at_end, at_most, column
+from pywet.cases.screening.results import LIQUID_TOLERANCE, Check, at_end, at_most
 from pywet.geometry import periodic
 from pywet.products import screening_report, until
 from pywet.products.streams import PRODUCTS, decks
@@ -18,6 +18,7 @@ from pywet.runs.retired import taken_out
 from pywet.runs.rundir import Bools, Floats, RunDir
 from pywet.runs.summary import general
 from pywet.scene import EngineScene
+from pywet.schema import column
 from pywet.util.files import write_json, write_table
 from pywet.util.notices import notice
 

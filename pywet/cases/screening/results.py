@@ -6,7 +6,6 @@ collecting bin over the mass at the start. Per size class the liquid counted is 
 
 from __future__ import annotations
 
-import re
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -17,6 +16,7 @@ from pywet.errors import PywetError
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.summary import general
 from pywet.scene import EngineScene
+from pywet.schema import column
 from pywet.util.files import write_json, write_table
 
 WALL_RESERVOIRS = {
@@ -63,12 +63,6 @@ class Check:
 
 def at_most(name: str, value: float, limit: float, text: str) -> Check:
     return Check(name, value <= limit, value, limit, text)
-
-
-def column(prefix: str, class_name: str, unit: str = "") -> str:
-    """Name of a column of one size class, such as `fraction_retained_pom_5_mm`."""
-    slug = re.sub(r"[^a-z0-9]+", "_", class_name.lower()).strip("_")
-    return f"{prefix}_{slug}{unit}"
 
 
 def class_titles(scene: EngineScene) -> dict[str, str]:

@@ -36,6 +36,8 @@ def departure(scene: EngineScene, folder: Path, sphere: int | None) -> str:
     for row in rows:
         path = row[2:5] + row[5:8] * t + 0.5 * fall * t**2
         beyond = np.stack([path < low, path > high], axis=2)
+        if scene.periodic:  # a sphere comes in again on the other side
+            beyond[:, "xyz".index(scene.periodic)] = False
         if beyond.any():
             k, axis, end = (int(n) for n in np.argwhere(beyond)[0])
             edge = placed((low, high)[end], origin).split(", ")[axis]

@@ -175,3 +175,11 @@ def test_speed_of_a_thrown_sphere_that_falls() -> None:
     scene["spheres"][0]["velocity_m_per_s"] = (3.0, 0.0, 0.0)
     made = Building(pywet.Scene(**scene))
     assert made.speed**2 == pytest.approx(3.0**2 + 2.0 * 9.81 * np.ptp(made.spheres["z"]), rel=1e-12)
+
+
+@pytest.mark.parametrize("names", [("粗", "细"), ("glass +4 mm", "glass -4 mm")])
+def test_classes_whose_columns_would_have_one_name_are_refused(names: tuple[str, str]) -> None:
+    scene = beads()
+    scene["spheres"] = [{**scene["spheres"][0], "name": name} for name in names]
+    with raises_code("config.inconsistent", says="whose names differ in a to z or digits"):
+        pywet.Scene(**scene)
