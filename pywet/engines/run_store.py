@@ -76,7 +76,7 @@ class RunStore:
 
     @property
     def is_begun(self) -> bool:
-        """Whether `engine.partial` holds a run with this fingerprint by now."""
+        """Whether `engine.partial` holds a run with this fingerprint; it may come to."""
         try:
             return bool(read_json(self.partial / FINGERPRINT, "") == {"fingerprint": self.digest})
         except PywetError:
