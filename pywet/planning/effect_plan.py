@@ -205,9 +205,9 @@ def _bridges_row(moist: bool, number: Number, settings: EffectSettings, s: Surro
     if settings.bridges != "auto":
         on, why = settings.bridges, _by_hand("bridges", settings.bridges)
     elif not moist:
-        on, why = False, "no liquid: stock engine, no plugin"
+        on, why = False, "no liquid"
     elif not needed and settings.decide == "tolerance":
-        on, why = False, "its forces are negligible and where the liquid goes is not asked: stock engine, no plugin"
+        on, why = False, "its forces are negligible and where the liquid goes is not asked"
     else:
         on, why = True, "any film gives the full force at touch" if s.liquid_wanted else "its forces are not negligible"
     return EffectRow("bridges", on, why, *number, 0.0 if s.liquid_wanted else settings.tolerance.value)

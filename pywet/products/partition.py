@@ -125,9 +125,9 @@ class Separation:
     """Size that separates undersize from oversize: the aperture, else the cut size."""
     undersize_in_feed: float
     undersize_recovery: float
-    """Mass of undersize in the unders over that in the feed."""
+    """Mass of undersize in the unders over that in both products."""
     oversize_recovery: float
-    """Mass of oversize in the overs over that in the feed."""
+    """Mass of oversize in the overs over that in both products."""
     unders_purity: float
     """Share of undersize in the unders."""
     overs_purity: float
@@ -137,7 +137,7 @@ class Separation:
     efficiency_product: float
     """Undersize recovery times oversize recovery."""
     misplaced: float
-    """Undersize in the overs and oversize in the unders, over the feed."""
+    """Undersize in the overs and oversize in the unders, over both products."""
 
 
 def separation(curve: pd.DataFrame, aperture_mm: float | None = None) -> Separation:
