@@ -263,9 +263,14 @@ def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd
     Steps between which the engine was set up again are omitted. The error of contact work by rounding of a wall's
     position and by rolling resistance of undefined direction (`_of_rounding`) is part of the scale.
     """
-    log = io.columns(where(setup.folder, "window_energy"), ["step", *WORKS]).sort_values("step")
-    steps = f.window.steps
+    path, steps = where(setup.folder, "window_energy"), f.window.steps
+    log = io.columns(path, ["step", *WORKS]).sort_values("step")
     inside = log[(log["step"] >= steps[0]) & (log["step"] <= steps[-1])]
+    if setup.scene["output"].get("energy", True) and inside["step"].tolist() != steps.tolist():
+        raise io.ReplayError(
+            f"{path} is not whole: {len(inside)} rows from step {steps[0]} to {steps[-1]}; expected one for each step of the "
+            "window: run the case again"
+        )
     power, parts = powers(setup, f) if len(inside) > 1 else np.zeros((0, len(WORKS))), []
     doubt = _of_rounding(setup, f)
     for one, two in zip(inside.itertuples(index=False), inside.iloc[1:].itertuples(index=False), strict=False):

@@ -182,10 +182,6 @@ def _liquid(history: Path, planned: Plan) -> dict[str, int]:
     _known(history / "wall_films.parquet", walls["triangle"], known, "triangle")
     rows["events"] = _events(history / "events.parquet", ledger, planned)
     rows["contacts"] = _contacts(history, planned)
-    if planned.energy and plans.engine(history.parent) == "LIGGGHTS":
-        path, steps = history / "window_energy.parquet", planned.contact_steps
-        rows["window_energy"] = len(found := io.columns(path, ["step"])["step"].to_numpy())
-        _steps(path, found, steps, "steps of the windows at which bridges act")
     return rows
 
 
