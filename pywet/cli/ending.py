@@ -55,7 +55,9 @@ def lines(runs: Sequence[RunDir], report: Path | None) -> Iterator[str]:
     folder = runs[0].path
     message = _summary(runs[0])
     seeds = f", {len(runs)} seeds" if len(runs) > 1 else ""
-    yield f"{folder}: {sum(message['spheres'].values())} spheres, {message['steps']} steps in {message['wall_s']:.1f} s{seeds}"
+    steps, before = message["steps"], message["resumed_at_step"] or 0
+    since = f"the last {steps - before} of {steps} steps" if before else f"{steps} steps"
+    yield f"{folder}: {sum(message['spheres'].values())} spheres, {since} in {message['wall_s']:.1f} s{seeds}"
     yield from _retained(runs)
     yield from _screen(runs)
     yield from _liquid(runs)

@@ -8,7 +8,7 @@ of the keys.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -154,7 +154,12 @@ def _cases(numbers: Numbers, results: Sequence[CaseResult]) -> None:
     numbers.put("cases.count", len(results))
     numbers.put("cases.done", sum(r.done for r in results))
     numbers.put("engine_time_min", *_rounded(sum(s["wall_s"] for s in done) / 60.0, 2))
-    numbers.put("million_sphere_steps", *_rounded(sum(s["steps"] * sum(s["spheres"].values()) for s in done) / 1e6))
+    numbers.put("million_sphere_steps", *_rounded(sum(_steps(s) * sum(s["spheres"].values()) for s in done) / 1e6))
+
+
+def _steps(summary: Mapping[str, Any]) -> int:
+    """Return the steps that took the summary's computing time: of a resumed run those since."""
+    return int(summary["steps"]) - int(summary["resumed_at_step"] or 0)
 
 
 def _rounded(value: float | None, digits: int = 3) -> tuple[float | None, str]:

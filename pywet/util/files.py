@@ -103,9 +103,10 @@ def _stream(path: Path) -> bool:
 
 def make_folder(path: Path) -> None:
     """Make a folder before the work whose results go there; raises one sentence if it is not writable."""
-    with atomic_write(Path(path) / "writable") as temporary:
+    probe = Path(path) / f".writable.{secrets.token_hex(4)}"
+    with atomic_write(probe) as temporary:
         temporary.touch()
-    (Path(path) / "writable").unlink()
+    probe.unlink()
 
 
 def write_json(path: Path, value: Any) -> None:

@@ -38,6 +38,10 @@ def read(folder: Path, scene: Mapping[str, Any], resumed_at: int) -> list[Held]:
 
 def _globals(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
     step = re.search(r"^timestep\s+(\S+)", setup, re.MULTILINE)
+    driven = re.search(r"^group driven id (.*)$", setup, re.MULTILINE)
+    yield Held(
+        "deck: spheres whose motion is prescribed", len(driven[1].split()) if driven else 0, 0, "scene.json: none"
+    )
     yield Held("deck: timestep", float(step[1]) if step else None, scene["time_step_s"], "scene.json: time_step_s")
     fix = re.search(r"^fix\s+gravity all gravity (\S+) vector (\S+) (\S+) (\S+)", setup, re.MULTILINE)
     words = [float(w) for w in fix.groups()] if fix else [0.0, 0.0, 0.0, 0.0]

@@ -122,7 +122,8 @@ def _every(cases: Cases, numbers: Numbers) -> Iterator[Value]:
     yield "cases.count", len(cases.listed), "whole"
     yield "cases.done", sum(map(cases.done, cases.listed)), "whole"
     yield "engine_time_min", sum(s["wall_s"] for s in done) / 60.0, "2 digits"
-    yield "million_sphere_steps", sum(s["steps"] * sum(s["spheres"].values()) for s in done) / 1e6, "3 digits"
+    steps = [(s["steps"] - (s["resumed_at_step"] or 0)) * sum(s["spheres"].values()) for s in done]
+    yield "million_sphere_steps", sum(steps) / 1e6, "3 digits"
     yield from _thresholds(cases)
     yield from _answer(cases, numbers)
     yield from _cross_check(cases)

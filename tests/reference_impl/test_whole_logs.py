@@ -77,6 +77,15 @@ def test_an_event_of_a_kind_that_there_is_not(heap_dir: Path, tmp_path: Path) ->
     assert found["status"] == "unreadable" or not found["quantities"]["rupture_due"]["ok"]  # type: ignore[index]
 
 
+def test_no_sphere_of_a_case_has_a_prescribed_motion(dry_dir: Path, tmp_path: Path) -> None:
+    """Else Newton's law would be checked for the others alone."""
+    copy = Path(shutil.copytree(dry_dir, tmp_path / "copy"))
+    deck = copy / "engine" / "setup.liggghts"
+    deck.write_text(f"{deck.read_text()}group driven id 3 4\n")
+    sections = command.outcome(copy)["sections"]
+    assert any("motion is prescribed" in str(section) for section in sections.values()), sections
+
+
 def test_a_dry_run_that_disagrees_without_a_fault_of_its_motion(dry_dir: Path) -> None:
     """What no equation of the diagnosis speaks of is listed, also where several runs are replayed at once."""
     found = _of_dry(dry_dir).named(["retired_rest"])
