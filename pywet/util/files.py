@@ -103,10 +103,16 @@ def _stream(path: Path) -> bool:
 
 def make_folder(path: Path) -> None:
     """Make a folder before the work whose results go there; raises one sentence if it is not writable."""
-    probe = Path(path) / f".writable.{secrets.token_hex(4)}"
-    with atomic_write(probe) as temporary:
-        temporary.touch()
-    probe.unlink()
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            pass
+    except OSError as error:
+        raise FileError(
+            f"{shown(Path(path))} could not be written ({error.strerror or one_line(error)}); "
+            "expected a writable folder with free space",
+            path=path, code="file.unwritten",
+        ) from error  # fmt: skip
 
 
 def write_json(path: Path, value: Any) -> None:
