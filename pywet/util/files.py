@@ -35,29 +35,10 @@ AGAIN = "the run is not whole or was changed: run it again"
 
 
 @contextmanager
-def atomic_write(path: Path) -> Iterator[Path]:
-    """Yield a temporary path next to `path`; rename it to `path` on success, remove it on failure.
-
-    A symbolic link is preserved and its target is written; a character device or a pipe is written to. In a run
-    directory only files of its run are overwritten, and no link is followed.
-    """
-    path, temporary, folder = Path(path), None, None
+def _writing(path: Path) -> Iterator[None]:
+    """Raise one sentence for a path that cannot be written."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        stream = _stream(path)
-        if stream:
-            folder = Path(tempfile.mkdtemp())
-        elif path.is_symlink() and root(path) is None:
-            path = Path(os.path.realpath(path))
-        name = f".{path.stem}.{os.getpid()}.{secrets.token_hex(4)}.partial{path.suffix}"
-        temporary = (folder or path.parent) / name
-        yield temporary
-        if stream:
-            with open(temporary, "rb") as made, open(path, "wb") as out:
-                shutil.copyfileobj(made, out)
-        else:
-            write_here(path)
-            temporary.replace(path)
+        yield
     except OSError as error:
         raise FileError(
             f"{shown(path)} could not be written ({error.strerror or one_line(error)}); "
@@ -71,6 +52,33 @@ def atomic_write(path: Path) -> Iterator[Path]:
             f"{shown(path)} is not a path ({error}); expected one without a zero byte",
             path=path, code="file.zero_byte",
         ) from error  # fmt: skip
+
+
+@contextmanager
+def atomic_write(path: Path) -> Iterator[Path]:
+    """Yield a temporary path next to `path`; rename it to `path` on success, remove it on failure.
+
+    A symbolic link is preserved and its target is written; a character device or a pipe is written to. In a run
+    directory only files of its run are overwritten, and no link is followed.
+    """
+    path, temporary, folder = Path(path), None, None
+    try:
+        with _writing(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            stream = _stream(path)
+            if stream:
+                folder = Path(tempfile.mkdtemp())
+            elif path.is_symlink() and root(path) is None:
+                path = Path(os.path.realpath(path))
+            name = f".{path.stem}.{os.getpid()}.{secrets.token_hex(4)}.partial{path.suffix}"
+            temporary = (folder or path.parent) / name
+            yield temporary
+            if stream:
+                with open(temporary, "rb") as made, open(path, "wb") as out:
+                    shutil.copyfileobj(made, out)
+            else:
+                write_here(path)
+                temporary.replace(path)
     finally:
         with suppress(OSError, ValueError):
             if temporary:
@@ -103,16 +111,10 @@ def _stream(path: Path) -> bool:
 
 def make_folder(path: Path) -> None:
     """Make a folder before the work whose results go there; raises one sentence if it is not writable."""
-    try:
+    with _writing(Path(path)):
         Path(path).mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path):
             pass
-    except OSError as error:
-        raise FileError(
-            f"{shown(Path(path))} could not be written ({error.strerror or one_line(error)}); "
-            "expected a writable folder with free space",
-            path=path, code="file.unwritten",
-        ) from error  # fmt: skip
 
 
 def write_json(path: Path, value: Any) -> None:
