@@ -175,17 +175,18 @@ class Between:
     def _drag(self, both: dict[str, pd.DataFrame], rows: pd.DataFrame, before: Floats, p: Pairs) -> Quantity:
         """Check the median of the normal drag's impulse over that from the separations, for some bridges of one kind.
 
-        Bridges are omitted if their displacement in a step is no small part of the separation, or if they
-        slide so fast that the rotation of normals matters: in a time T by v^2 T dt/r. With semi-implicit drag
-        bridges with a too uncertain expected impulse are omitted, too (see splitting.py).
+        Bridges are omitted if their displacement in a step is no small part of the separation, if they slide so fast
+        that the rotation of normals matters: in a time T by v^2 T dt/r, or if they hardly move, so that in T/dt steps
+        the round-off of positions matters. With semi-implicit drag bridges with a too uncertain expected impulse are
+        omitted, too (see splitting.py).
         """
         gap, least, most = (rows[n].to_numpy(float) for n in ("separation", *NUMBERS[2:]))
         step, dt = rows["step"].to_numpy(np.int64), self.setup.step
         speed = self._speeds(both, rows, step, p)
         time = (step - self._previous(step)) * dt
-        turned = speed**2 * time * dt / p.ri
+        turned, rounded = speed**2 * time * dt / p.ri, (step - self._previous(step)) * _last_digit(rows)
         calm = (most <= 0.0) | ((least > APART * p.ri) & (speed * dt < SMALL * least))
-        calm &= (np.abs(gap - before) > turned / SMALL) & (impulses.every(self.run) == 1)
+        calm &= (np.abs(gap - before) > (turned + rounded) / SMALL) & (impulses.every(self.run) == 1)
         expected, shift = integral(self.run, rows, p, before, gap), splitting.none(len(rows))
         if coverage.semi_implicit(self.run):
             before_it = self._previous(step)
@@ -250,6 +251,11 @@ class Between:
         quantity = compare("between_momentum", "momentum, weight and impulse", logged, expected, scale, rows, TOLERANCE)
         self._keep(quantity, rows)
         return quantity
+
+
+def _last_digit(rows: pd.DataFrame) -> Floats:
+    """Return the last digit of the largest coordinate of both ends [m]; a step may round a separation by about as much."""
+    return np.spacing(np.abs(rows[[f"x{end}_{axis}" for end in "ij" for axis in "xyz"]].to_numpy(float)).max(axis=1))
 
 
 def coefficient(run: Run, rows: pd.DataFrame, p: Pairs, gap: Floats) -> Floats:
