@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -18,9 +19,14 @@ CROSS = "cross_wires"
 DECKS = ("overs", "middlings", "lower_middlings")
 """Product at the end of each deck, from the top."""
 WEDGED_SPEED = 0.5
-"""Speed relative to the screen, over the screen's peak speed, below which a sphere is wedged.
+"""Speed relative to the screen, over the screen's peak speed, below which a sphere is wedged; any for a screen at rest.
 
 Its centre must also be within its radius of the screen's plane.
+"""
+STAYS = 0.25
+"""Displacement relative to the screen from one output to the next, over its radius, below which a wedged sphere pegs an aperture.
+
+At a single output spheres are wedged that are about to turn around on the screen, even ones that fit through.
 """
 
 
@@ -106,21 +112,54 @@ def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
     return max(1, across - (periodic != "y")) * max(1, along - (periodic != "x"))
 
 
+def pegged(run: RunDir, wall: WallMesh) -> Bools:
+    """Return which spheres peg an aperture, shape (outputs, spheres): wedged at this output and at one beside it, at one place.
+
+    Places are relative to the screen; see `STAYS`.
+    """
+    place, speed = _relative(run, wall)
+    caught, radius = _caught(run, wall, place, speed), _radius(run)
+    moved, lengths = np.diff(place, axis=0), np.array(run.scene.periods_m)
+    moved -= lengths * np.rint(moved / np.where(lengths > 0.0, lengths, np.inf))
+    stays = caught[1:] & caught[:-1] & (np.linalg.norm(moved, axis=2) < STAYS * radius)
+    found = np.zeros_like(caught)
+    found[1:] |= stays
+    found[:-1] |= stays
+    return found
+
+
 def wedged(run: RunDir, wall: WallMesh) -> Bools:
     """Return which spheres are in an aperture and move with the screen, shape (outputs, spheres); see `WEDGED_SPEED`."""
-    scene, line, table = run.scene, run.timeline, run.trajectory
-    place = np.searchsorted(line.steps, table["step"]), np.searchsorted(line.ids, table["id"])
-    z, speed = np.full(line.present.shape, np.nan), np.full((*line.present.shape, 3), np.nan)
-    z[place], speed[place] = table["z"], table[["vx", "vy", "vz"]].to_numpy()
+    return _caught(run, wall, *_relative(run, wall))
+
+
+def _radius(run: RunDir) -> Floats:
+    return np.array([c.radius_m for c in run.scene.classes])[run.timeline.types - 1]
+
+
+def _relative(run: RunDir, wall: WallMesh) -> tuple[Floats, Floats]:
+    """Return place and velocity of spheres relative to a wall, shape (outputs, spheres, 3); NaN where they are not there."""
+    line, table, moves = run.timeline, run.trajectory, run.scene.motions[wall.name]
+    at = np.searchsorted(line.steps, table["step"]), np.searchsorted(line.ids, table["id"])
+    place, speed = (np.full((*line.present.shape, 3), np.nan) for _ in range(2))
+    place[at], speed[at] = table[["x", "y", "z"]].to_numpy(), table[["vx", "vy", "vz"]].to_numpy()
     motion = run.mesh_motion
-    shift = motion[motion["mesh"] == wall.name].set_index("step")["dz"].reindex(line.steps).to_numpy()
-    screen, slow, moves = np.zeros((len(line.steps), 3)), 0.0, scene.motions[wall.name]
+    place -= (
+        motion[motion["mesh"] == wall.name]
+        .set_index("step")[["dx", "dy", "dz"]]
+        .reindex(line.steps)
+        .to_numpy()[:, None]
+    )
     if isinstance(moves, Vibration):
-        screen, slow = velocity(moves, line.times), WEDGED_SPEED * peak_speed(moves)
-    plane = scene.screen_z_m
+        speed -= velocity(moves, line.times)[:, None]
+    return place, speed
+
+
+def _caught(run: RunDir, wall: WallMesh, place: Floats, speed: Floats) -> Bools:
+    """Return which spheres are in the plane of a screen and slower relative to it than `WEDGED_SPEED`."""
+    moves, plane = run.scene.motions[wall.name], run.scene.screen_z_m
     if wall.name != "wires":
         low, high = extents(run, wall)
         plane = 0.5 * float(low[:, 2].min() + high[:, 2].max())
-    radius = np.array([c.radius_m for c in scene.classes])[line.types - 1]
-    near = np.abs(z - plane - shift[:, None]) < radius
-    return np.asarray(near & (np.linalg.norm(speed - screen[:, None, :], axis=2) <= slow))
+    slow = WEDGED_SPEED * peak_speed(moves) if isinstance(moves, Vibration) else math.inf
+    return np.asarray((np.abs(place[..., 2] - plane) < _radius(run)) & (np.linalg.norm(speed, axis=2) <= slow))

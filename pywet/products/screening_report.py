@@ -161,7 +161,7 @@ def time_series(run: RunDir, flow: Streams) -> pd.DataFrame:
     screen = apertures.screen_of(run, flow.deck)
     if screen:
         frame["screen_liquid_m3"] = run.on_walls({screen.name: "screen"}, "mesh")["screen"].to_numpy()
-        stuck = apertures.wedged(run, screen) & line.entered
+        stuck = apertures.pegged(run, screen) & line.entered
         for kind in run.scene.classes:
             frame[f"pegged_{kind.type}"] = stuck[:, line.types == kind.type].sum(axis=1)
     return frame

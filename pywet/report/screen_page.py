@@ -279,7 +279,7 @@ def stretch(x_m: float, y_m: float) -> float:
 def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
     screen = apertures.screen_of(run, numbers["deck"])
     assert screen is not None
-    stuck, line = apertures.wedged(run, screen), run.timeline
+    stuck, line = apertures.pegged(run, screen), run.timeline
     wanted = pd.DataFrame(np.argwhere(stuck & line.entered), columns=["output", "sphere"])
     wanted = wanted.assign(step=line.steps[wanted["output"]], id=line.ids[wanted["sphere"]])
     at = wanted.merge(run.trajectory[["step", "id", "type", "x", "y"]], on=["step", "id"])

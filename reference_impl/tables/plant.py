@@ -19,7 +19,7 @@ from scipy.special import ndtri, stdtrit
 
 from reference_impl.diagnosis.held import MISSING, Held
 from reference_impl.motion.window import way_of
-from reference_impl.replay import io, plans, retired
+from reference_impl.replay import images, io, plans, retired
 from reference_impl.replay.arrays import Floats
 from reference_impl.tables.recomputed import Bodies, outputs
 
@@ -305,10 +305,11 @@ def summed(amplitude: float, rate: float, phase: float, step: float, total: int)
 
 
 def pegged(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, float | None]:
-    """Count the spheres whose centres are within their radius of the screen's plane and that move with it, averaged over the
-    outputs.
+    """Count the spheres that peg the screen, averaged over the outputs.
 
-    A sphere moves with the screen if its relative speed is below half of 2 pi f times the root of the sum of squared amplitudes.
+    A sphere does so if at this output and the one before or after it its centre is within its radius of the screen's plane and it
+    moves with the screen, relative to which it moves by less than a quarter of its radius in between. It moves with a vibrating
+    screen if it is slower relative to it than half of 2 pi f times the root of the sum of squared amplitudes.
     """
     number = given.get("deck", 1)
     names = [name + (f"_{number}" if number > 1 else "") for name in ("wires", "screen", "deck")]
@@ -326,17 +327,24 @@ def pegged(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> 
     of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
     radius = np.array([c["radius_m"] for c in scene["classes"]])[of.kind - 1]
     step, total = scene["time_step_s"], plans.plan(folder).steps
-    risen = summed(float(a[2]), rate, float(phase[2]), step, total)
-    counts = []
-    for o in outputs(folder, scene, of, ["z", "vx", "vy", "vz"]):
-        time = o.step * scene["time_step_s"]
-        if not given["from_s"] <= time <= given["to_s"]:
-            continue
-        height = plane + float(risen[o.step])
+    displaced = np.stack([summed(float(a[k]), rate, float(phase[k]), step, total) for k in range(3)], axis=1)
+    limit = 0.5 * rate * math.sqrt(float((a**2).sum())) if way else math.inf
+    box, counts = images.of(folder), []
+    last, there, stayed, counted = np.zeros((len(of.ids), 3)), *(np.zeros(len(of.ids), bool) for _ in range(3))
+    inside = False
+    for o in outputs(folder, scene, of, ["x", "y", "z", "vx", "vy", "vz"]):
+        time = o.step * step
+        place, now = np.zeros((len(of.ids), 3)), np.zeros(len(of.ids), bool)
+        place[o.at] = o.places.rows(["x", "y", "z"]) - displaced[o.step]
         v = o.places.rows(["vx", "vy", "vz"]) - a * rate * np.cos(rate * time + phase)
-        near = np.abs(o.places["z"] - height) < radius[o.at]
-        slow = np.sqrt((v**2).sum(axis=1)) <= 0.5 * rate * math.sqrt(float((a**2).sum()))
-        counts.append(float((near & slow & ~o.waits[o.at]).sum()))
+        now[o.at] = (np.abs(place[o.at, 2] - plane) < radius[o.at]) & (np.sqrt((v**2).sum(axis=1)) <= limit)
+        stays = there & now & (np.sqrt((box.nearest(place - last) ** 2).sum(axis=1)) < 0.25 * radius)
+        if inside:
+            counts.append(float(((stayed | stays) & counted).sum()))
+        inside = given["from_s"] <= time <= given["to_s"]
+        last, there, stayed, counted = place, now, stays, ~o.waits
+    if inside:
+        counts.append(float((stayed & counted).sum()))
     mean, half = in_blocks(counts)
     share = None if mean is None else mean / given["apertures"]
     wide = None if half is None else half / given["apertures"]

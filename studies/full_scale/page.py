@@ -52,6 +52,7 @@ is a tenth of the shortest collision time, and the contact stiffness is {stiffne
 COMMITS = {
     "3cef7a2": "`1d46192` with the fix of `8d56677` in `reference_impl/replay/formations.py`",
     "18fe5ad": "`16a5c35` with the walls' displacement as the engine sums it (`pywet/geometry/motion.py`)",
+    "785bb1f": "`d30a103a` with the replay of `9a54170c` (`reference_impl/motion/between.py`)",
 }
 """Commits named in tables but missing from the history -> description."""
 

@@ -32,7 +32,7 @@ RATIO = {"d05": 0.5, "d07": 0.7, "d08": 0.8, "d09": 0.9, "d12": 1.2}
 FREQUENCY_HZ, ANGLE_DEG, INCLINATION_DEG = 20.0, 45.0, 15.0
 DIAMETER_M, DENSITY_KG_PER_M3, CONTACT_ANGLE_DEG = 0.004, 2650.0, 30.0
 """Sphere of 0.8 apertures, for which the capillary force is compared with weight and inertia."""
-MEASURES = ("recovery", "pegged", "on_wires", "residence_d12")
+MEASURES = ("recovery", "on_wires", "residence_d12")
 CRITERION = {"held_up_to_1": 0.02, "blocked_above": 1.0}
 """Of the points of seeds 2 and 3 alone: up to an adhesion number of 1 at most this share of the feed is held, and every point
 that is blocked (more than `MOST_HELD`) has a larger number."""
@@ -104,10 +104,9 @@ def held(rows: pd.DataFrame) -> float:
 
 
 def points(table: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each point: axes, recovery, half its interval, pegged and held, as shares."""
+    """Return a row for each point: axes, recovery, half its interval, feed held, as shares."""
     found = [
-        {**dict(zip(POINT, point, strict=True)), "recovery": mean, "half": half, "held": held(rows)}
-        | {"pegged": rows["pegged"].mean(), "seeds": len(rows)}
+        {**dict(zip(POINT, point, strict=True)), "recovery": mean, "half": half, "held": held(rows), "seeds": len(rows)}
         for point, rows in table.groupby(POINT)
         for mean, half in [recovery(rows)]
     ]

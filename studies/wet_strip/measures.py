@@ -1,4 +1,4 @@
-"""Numbers that wet_strip.yaml gathers from each run: spheres of each class by product, recovery, pegged apertures.
+"""Numbers that wet_strip.yaml gathers from each run: spheres of each class by product, recovery.
 
 A sphere that is neither in the unders nor in the overs at the end is on the deck.
 """
@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from pywet.products import screening_report, streams
+from pywet.products import streams
 from pywet.runs.loaded import Run
 
 CLASSES = ("d05", "d07", "d08", "d09", "d12")
@@ -19,8 +19,6 @@ APERTURE_M = 0.005
 MOST_HELD = 0.1
 """A screen is called blocked where more than this mass share of the feed is on the deck 1.8 s after the end of the feed,
 2.7 to 5 times the residence time of the coarsest spheres of the dry runs, 0.66 s (1 mm) to 0.36 s (3 mm)."""
-FROM_S = 0.3
-"""Time from which pegged apertures are averaged [s]: the first spheres have then reached the end of the deck."""
 
 
 def counts(run: Run) -> pd.DataFrame:
@@ -50,12 +48,6 @@ def recovery(run: Run) -> float:
     mass = np.array([c.mass_kg for c in run.scene.classes])
     inserted = np.array([c.count for c in run.scene.classes])
     return float((mass * passed)[small].sum() / (mass * inserted)[small].sum())
-
-
-def pegged(run: Run) -> float:
-    """Return the pegged spheres over apertures, averaged from `FROM_S` to the end of the feed."""
-    numbers, _, _ = screening_report.analyse(run.path, from_s=FROM_S)
-    return float(numbers["pegged_share"])
 
 
 def residence_d12(run: Run) -> float:
