@@ -113,7 +113,7 @@ def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
 
 
 def pegged(run: RunDir, wall: WallMesh) -> Bools:
-    """Return which spheres peg an aperture, shape (outputs, spheres): wedged at this output and at one beside it, at one place.
+    """Return which spheres peg an aperture, shape (outputs, spheres): wedged at this output and at the one before or after, at one place.
 
     Places are relative to the screen; see `STAYS`.
     """
