@@ -113,9 +113,9 @@ def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
 
 
 def pegged(run: RunDir, wall: WallMesh) -> Bools:
-    """Return which spheres peg an aperture, shape (outputs, spheres): wedged at this output and at the one before or after, at one place.
+    """Return which spheres peg an aperture, shape (outputs, spheres): wedged at two outputs in a row, at one place.
 
-    Places are relative to the screen; see `STAYS`.
+    The place is relative to the screen; see `STAYS`.
     """
     place, speed = _relative(run, wall)
     caught, radius = _caught(run, wall, place, speed), _radius(run)

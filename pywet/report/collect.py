@@ -88,9 +88,11 @@ class CaseResult:
         return max(errors, default=None)
 
     @property
-    def configuration(self) -> tuple[str, float, float, tuple[float, ...]]:
-        """Return what cases that differ only in moisture have in common: material, aperture, amplitude, diameters [mm]."""
-        return self.case.material, self.case.aperture_mm, self.case.set_amplitude_mm, self.case.diameters_mm
+    def configuration(self) -> tuple[str, float, float, tuple[float, ...], float | None, float | None]:
+        """Return what cases that differ only in liquid have in common: material, aperture, amplitude, diameters [mm], feed."""
+        case = self.case
+        feed = case.class_mass_g, case.class_volume_cm3
+        return case.material, case.aperture_mm, case.set_amplitude_mm, case.diameters_mm, *feed
 
 
 def deep(data: Any, keys: Sequence[str]) -> Any:

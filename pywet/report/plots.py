@@ -112,9 +112,15 @@ def liquid(results: Sequence[CaseResult]) -> Sheet:
 
 
 def configuration_value(result: CaseResult) -> str:
-    """Return the values of a configuration: material, sizes, aperture and amplitude."""
+    """Return the values of a configuration: material, sizes, aperture, amplitude and, if the case has its feed, its amount."""
     sizes = "/".join(f"{d:g}" for d in result.case.diameters_mm)
-    return f"{result.case.material} {sizes} {_screen(result)}"
+    return " ".join([f"{result.case.material} {sizes} {_screen(result)}", *(f"{v:g}" for v, _ in _feed(result))])
+
+
+def _feed(result: CaseResult) -> list[tuple[float, str]]:
+    """Return the amount of each class with its unit if the case has one."""
+    case = result.case
+    return [(v, unit) for v, unit in ((case.class_mass_g, "g"), (case.class_volume_cm3, "cm³")) if v is not None]
 
 
 def _screen(result: CaseResult, _: str = "") -> str:
@@ -212,7 +218,8 @@ def title(result: CaseResult) -> str:
     """Name a configuration of material, sizes, screen and amplitude."""
     case = result.case
     sizes = "/".join(f"{d:g}" for d in case.diameters_mm)
-    return f"{case.material} {sizes} mm, a = {case.aperture_mm:g} mm, A = {case.set_amplitude_mm:g} mm"
+    screen = f"{case.material} {sizes} mm, a = {case.aperture_mm:g} mm, A = {case.set_amplitude_mm:g} mm"
+    return ", ".join([screen, *(f"{v:g} {unit} per class" for v, unit in _feed(result))])
 
 
 def _strong(results: Sequence[CaseResult]) -> list[CaseResult]:
@@ -332,7 +339,8 @@ def _end(axes: Axes, group: Sequence[CaseResult]) -> None:
 
 
 def _moisture(result: CaseResult) -> str:
-    return f"M = {result.case.liquid_percent:g} %" if result.moist else "dry"
+    liquid = f" {result.case.liquid}" if result.case.liquid else ""
+    return f"M = {result.case.liquid_percent:g} %{liquid}" if result.moist else "dry"
 
 
 def _moisture_colours(group: Sequence[CaseResult]) -> list[str]:

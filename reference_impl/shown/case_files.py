@@ -49,8 +49,10 @@ class Cases:
         return next((config for config in every if config and "scale" in config), None)
 
     def configuration(self, number: int) -> str:
-        """Return the values of a case except its liquid: material, sizes, aperture and amplitude."""
-        return f"{self.rows[number]['material']} {self.sizes(number)} {self.screen(number)}"
+        """Return the values of a case except its liquid: material, sizes, aperture, amplitude, and the feed it has."""
+        row = self.rows[number]
+        feed = "".join(f" {float(row[key]):g}" for key in ("class_mass_g", "class_volume_cm3") if row.get(key))
+        return f"{row['material']} {self.sizes(number)} {self.screen(number)}{feed}"
 
     def sizes(self, number: int) -> str:
         """Return the diameters of the classes of a case."""

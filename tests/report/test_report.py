@@ -20,6 +20,7 @@ from pywet.errors import PywetError
 from pywet.report import answer, plots, presets, report, report_numbers
 from pywet.report.collect import CaseResult, collect
 from pywet.runs.rundir import RunDir
+from reference_impl.shown.report_values import states
 from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
 
@@ -343,6 +344,20 @@ def test_a_source_of_one_word_is_listed_too(config: settings.Config) -> None:
     }
     assert rows["materials.liquid.viscosity_Pa_s"] == [0.002, "no reason is given"]
     assert rows["materials.liquid.surface_tension_N_per_m"] == [0.05, "measured"]
+
+
+def test_cases_with_another_feed_are_not_compared_as_moisture(config: settings.Config) -> None:
+    """Their panels and headings differ, and the label of a curve names the liquid of a case that has its own."""
+    usual = [config.cases[1], config.cases[2]]
+    oily = usual[1].model_copy(update={"liquid": "oil"})
+    feeds = [usual[1].model_copy(update=feed) for feed in ({"class_mass_g": 12.5}, {"class_volume_cm3": 12.5})]
+    results = [CaseResult(case, ("not run",)) for case in (*usual, oily, *feeds)]
+    panels = plots._panels(results, lambda r: r.configuration, plots.title)
+    assert [len(group) for _, group in panels] == [3, 1, 1]
+    assert [title.partition("A = 1 mm")[2] for title, _ in panels] == ["", ", 12.5 g per class", ", 12.5 cm³ per class"]
+    assert [plots._moisture(r) for r in results[:3]] == ["dry", "M = 5 %", "M = 5 % oil"]
+    for of in results:
+        assert states(plots.title(of), plots.configuration_value(of), {})
 
 
 def test_panels_are_those_of_the_paper_for_the_eighteen_cases(config: settings.Config) -> None:
