@@ -22,7 +22,7 @@ from reference_impl.diagnosis.held import MISSING, Held
 from reference_impl.replay import plans
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError, every
-from reference_impl.scene import amounts, expanded, inserted
+from reference_impl.scene import amounts, effects, expanded, inserted
 from reference_impl.scene.numbers import flat
 
 FILE = "description.json"
@@ -32,7 +32,7 @@ RATIO = 2.0 / 7.0
 WALLS = "walls"
 OUTLET_EVERY_S = 0.02
 """Longest time between outputs of a scene with outlets [s]."""
-NOT_HELD = "shapes of walls, random positions of spheres that do not enter later, effects and laws decided by numbers"
+NOT_HELD = "shapes of walls, random positions of spheres that do not enter later"
 Expected = dict[str, tuple[Any, str]]
 
 
@@ -62,6 +62,8 @@ def held(folder: Path, written: Mapping[str, Any], scene: Mapping[str, Any]) -> 
         **_pairs(written),
         **_liquid(written, scene),
         **_walls(written),
+        **_hertz(written),
+        **_effects(written, scene),
     }
     wanted |= _outlets(written)
     found = [Held(path, given.get(path, MISSING), value, f"{FILE}: {key}") for path, (value, key) in wanted.items()]
@@ -70,7 +72,14 @@ def held(folder: Path, written: Mapping[str, Any], scene: Mapping[str, Any]) -> 
 
 def not_held(written: Mapping[str, Any], scene: Mapping[str, Any]) -> str:
     """Name the parts of a user-defined scene that are not compared."""
-    return ", ".join([NOT_HELD, *expanded.not_held(written, scene)])
+    found = [NOT_HELD, *expanded.not_held(written, scene)]
+    if not written["time_step"]["time_step_s"]:
+        found.append("a time step that was not given")
+    if written["contact"] == "hertz":
+        found.append("equivalent stiffnesses and the impact speed of Hertz contacts")
+    if written["effects"]["decide"] == "tolerance":
+        found.append("effects and laws decided by numbers")
+    return ", ".join(found)
 
 
 def _general(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
@@ -166,6 +175,43 @@ def _pairs(written: Mapping[str, Any]) -> Expected:
                 found[f"pairs.{a}-{b}.normal_stiffness_N_per_m"] = (k, f"{key} stiffness_N_per_m")
                 found[f"pairs.{a}-{b}.tangential_stiffness_N_per_m"] = (RATIO * k, f"{key} stiffness_N_per_m")
     return found
+
+
+def _hertz(written: Mapping[str, Any]) -> Expected:
+    """Return the moduli of classes and walls, whose material is given or that of all spheres."""
+    if written["contact"] == "linear":
+        return {"hertz": (None, "contact")}
+
+    def elastic(name: str) -> dict[str, float]:
+        return {key: written["materials"][name][key] for key in ("youngs_modulus_Pa", "poissons_ratio")}
+
+    of = [s["material"] for s in written["spheres"]]
+    walls = elastic(written["wall_material"] or of[0])
+    found: Expected = {f"hertz.walls.{key}": (value, "materials") for key, value in walls.items()}
+    return {**found, "hertz.spheres": ([elastic(name) for name in of], "materials")}
+
+
+def _asked(written: Mapping[str, Any], scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the effects and laws that are asked for; a pair: the dimensionless number decides between both."""
+    moist = float(any(films(written, scene)))
+    config = {"settings": {"effects": written["effects"], "laws": written["laws"]}, "case": {"liquid_percent": moist}}
+    return {**effects.expected(config), "tangential_history": True}
+
+
+def _effects(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
+    """Return them by path; a function in a file of the user is one of that name in a file of that name."""
+    found: Expected = {}
+    for effect, asked in _asked(written, scene).items():
+        given, wanted = scene["effects"].get(effect), asked
+        if isinstance(asked, str) and ":" in asked and _function(given) == _function(asked):
+            wanted = given
+        found[f"effects.{effect}"] = (wanted, "effects, laws")
+    return found
+
+
+def _function(law: Any) -> tuple[str, ...]:
+    path, _, name = str(law).rpartition(":")
+    return Path(path).name, name
 
 
 def layer(part: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from pywet.products.feed import FeedAmount
 from pywet.products.size_classes import SizeDistribution
 from pywet.scene import Insertion
 from reference_impl.scene import check
+from tests.cases.custom.conftest import beads
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples" / "scenes").glob("*.yaml"))
@@ -97,6 +99,64 @@ def test_no_false_alarm_with_an_origin_and_materials_of_walls(tmp_path: Path) ->
     }  # fmt: skip
     building.write(Scene(**output_text), tmp_path)
     assert check.check(tmp_path).findings == []
+
+
+TOLERANCE = {"tolerance": {"value": 0.01, "source": "assumption", "reason": "a test"}}
+OFF = dict.fromkeys(("viscous_normal", "sharing_by_size", "rolling", "gravity"), False)
+SWITCHES: dict[str, dict[str, Any]] = {
+    "a preset": {"laws": {"preset": "exact"}},
+    "laws by kind": {"laws": {"capillary": "lambert", "shedding": "tate"}, "effects": {"shedding": True, **TOLERANCE}},
+    "off by hand": {"effects": {**OFF, **TOLERANCE}},
+    "decided by numbers": {"effects": {"decide": "tolerance", **TOLERANCE}},
+    "dry": {"liquid": None},
+}
+
+
+@pytest.mark.parametrize("switches", SWITCHES)
+def test_no_false_alarm_on_effects_and_laws(tmp_path: Path, switches: str) -> None:
+    building.write(example("drum", **SWITCHES[switches]), tmp_path)
+    found = check.check(tmp_path)
+    assert found.findings == []
+    assert any("decided by numbers" in s for s in found.not_checked) == (switches == "decided by numbers")
+
+
+def test_no_false_alarm_on_a_law_in_a_file_of_the_user(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text((ROOT / "pywet" / "laws" / "capillary.py").read_text())
+    given = yaml.safe_load((ROOT / "examples" / "scenes" / "drum.yaml").read_text())
+    given["laws"] = {"capillary": "mine.py:rabinovich"}
+    building.write(Scene(**given, folder=tmp_path, file=tmp_path / "drum.yaml"), tmp_path / "run")
+    assert check.check(tmp_path / "run").findings == []
+    text = (tmp_path / "run" / "scene.json").read_text()
+    (tmp_path / "run" / "scene.json").write_text(text.replace("mine.py:rabinovich", "mine.py:willett_full"))
+    assert any("effects.capillary" in f["sentence"] for f in check.check(tmp_path / "run").findings)
+
+
+SOLIDS = {
+    "glass": {"density_kg_per_m3": 2500, "youngs_modulus_Pa": 1e7, "poissons_ratio": 0.25},
+    "steel": {"density_kg_per_m3": 7800, "youngs_modulus_Pa": 1e8, "poissons_ratio": 0.3},
+}
+
+
+def hertzian(folder: Path, walls: str | None = "steel") -> Path:
+    """Hertz contacts of glass beads in a cup of steel, or of glass."""
+    given = beads(contact="hertz", materials=SOLIDS if walls else {"glass": SOLIDS["glass"]}, wall_material=walls)
+    building.write(Scene(**given), folder)
+    return folder
+
+
+@pytest.mark.parametrize("walls", ["steel", None])
+def test_no_false_alarm_on_hertz_contacts(tmp_path: Path, walls: str | None) -> None:
+    found = check.check(hertzian(tmp_path, walls))
+    assert found.findings == [] and any("impact speed of Hertz contacts" in s for s in found.not_checked)
+
+
+def test_moduli_of_the_spheres_for_the_walls_are_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    sound = building.Hertz
+    monkeypatch.setattr(
+        building, "Hertz", lambda spheres, walls, **more: sound(spheres=spheres, walls=spheres[0], **more)
+    )
+    found = [f["sentence"] for f in check.check(hertzian(tmp_path)).findings]
+    assert any("hertz.walls.youngs_modulus_Pa is 10000000, expected 100000000" in sentence for sentence in found), found
 
 
 Plant = Callable[[pytest.MonkeyPatch], None]
@@ -183,6 +243,17 @@ def moisture(patch: pytest.MonkeyPatch) -> None:
     )
 
 
+def law(patch: pytest.MonkeyPatch) -> None:
+    """The built plan has another rupture law than the preset's."""
+    sound = building.plan_effects
+
+    def wrong(*given: Any) -> Any:
+        plan = sound(*given)
+        return replace(plan, effects=plan.effects.model_copy(update={"rupture": "lian"}))
+
+    patch.setattr(building, "plan_effects", wrong)
+
+
 FAULTS: dict[str, tuple[Plant, str, str]] = {
     "angle of a wall replaced by the spheres'": (wall_angle, "drum", "walls.mantle.contact_angle_rad is 0.261799388"),
     "friction at walls times 0.8": (contact, "drum", "pairs.1-0.friction is 0.4, expected 0.5"),
@@ -195,6 +266,7 @@ FAULTS: dict[str, tuple[Plant, str, str]] = {
     "unders leave too early": (outlet, "deck", "outlets.unders_1.high_m.z is -0.015, expected -0.03"),
     "sizes in the middle of their classes": (sizes, "deck", "classes is "),
     "moisture of the moist mass": (moisture, "deck", "first film of ore"),
+    "another law": (law, "drum", "effects.rupture is lian, expected willett_unequal"),
     "viscosity a tenth high": (density, "drum", "liquid.viscosity_Pa_s is 0.0011"),
 }
 
