@@ -98,7 +98,7 @@ def aperture_of(run: RunDir, deck: int = 1) -> float | None:
 
 def _numbers(run: RunDir, flow: Streams, numbers: Separation, series: pd.DataFrame) -> dict[str, Any]:
     counted, scene, line = flow.counted, run.scene, run.timeline
-    feed = pd.DataFrame({"mass_kg": line.mass, "liquid_m3": line.initial_film})[line.fed]
+    feed = pd.DataFrame({"mass_kg": line.mass, "liquid_m3": line.initial_film})[line.entered_by_end]
     density = scene.liquid.density_kg_per_m3 if scene.liquid else 0.0
     of = {p: counted[counted["product"] == p] for p in PRODUCTS}
     screen = apertures.screen_of(run, flow.deck)

@@ -48,7 +48,7 @@ def curves(run: RunDir) -> list[Curve]:
         retained = 1.0 - line.passed @ line.mass / line.mass.sum()
         return [Curve("fraction_retained_spheres", "fraction retained (spheres)", retained)]
     left = streams.shares_left(run).items()
-    return [Curve(f"left_{name}", f"{name.replace('_', ' ')}, share of mass fed", share) for name, share in left]
+    return [Curve(f"left_{name}", f"{name.replace('_', ' ')}, share of the feed", share) for name, share in left]
 
 
 def sentence(run: RunDir, step: int) -> str:

@@ -256,12 +256,12 @@ def _passage(run: RunDir, numbers: dict[str, Any]) -> str:
     if screen:
         ends = apertures.extents(run, screen)
         low, high = float(ends[0][:, 0].min()), float(ends[1][:, 0].max())
-    edges, fed = np.linspace(low, high, 11), run.timeline.types[run.timeline.fed]
+    edges, feed = np.linspace(low, high, 11), run.timeline.types[run.timeline.entered_by_end]
     for c in run.scene.classes:
         here = crossed[crossed["type"] == c.type]["x"].to_numpy(dtype=float)
         counts, _ = np.histogram(here, edges)
         axes.plot(
-            1e3 * 0.5 * (edges[1:] + edges[:-1]), counts / max((fed == c.type).sum(), 1), marker=".", label=c.name
+            1e3 * 0.5 * (edges[1:] + edges[:-1]), counts / max((feed == c.type).sum(), 1), marker=".", label=c.name
         )
     axes.set(xlabel="x along the screen [mm]", ylabel="share of the feed of its size [-]")
     legend(figure)

@@ -323,7 +323,7 @@ class Timeline:
         return np.where(self.entered, self.initial_film, 0.0).sum(axis=1)
 
     @property
-    def fed(self) -> Bools:
+    def entered_by_end(self) -> Bools:
         """Return whether a sphere has entered by the last output, shape (N,); of a run that ended early not all have."""
         return np.asarray(self.entered[-1])
 

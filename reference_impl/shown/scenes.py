@@ -226,14 +226,17 @@ class Scene:
     def _left(self) -> dict[str, list[float]]:
         """Return, at the times of the scene, the mass that has left by each product over that of all that has entered."""
         outlets = self.logs.scene.get("outlets") or []
-        gone, mass = (retired.table(self.logs.folder) if outlets else None), self._masses()
-        found: dict[str, list[float]] = {f"left_{o.get('product') or o['name']}": [] for o in outlets}
-        for step in self.steps if gone is not None else ():
-            fed, at = float(mass[self.logs.enters <= step].sum()), gone[gone["step"] <= step]
-            kg = mass[np.searchsorted(self.logs.ids, at["id"])]
-            for product, values in found.items():
-                those = [k for k, o in enumerate(outlets, 1) if f"left_{o.get('product') or o['name']}" == product]
-                values.append(float(kg[at["outlet"].isin(those)].sum()) / fed if fed else 0.0)
+        names = {k: f"left_{o.get('product') or o['name']}" for k, o in enumerate(outlets, start=1)}
+        found: dict[str, list[float]] = {name: [] for name in names.values()}
+        if not found:
+            return found
+        gone, mass = retired.table(self.logs.folder), self._masses()
+        by, kg = gone["outlet"].map(names), mass[np.searchsorted(self.logs.ids, gone["id"])]
+        for step in self.steps:
+            entered = float(mass[self.logs.enters <= step].sum())
+            for name, values in found.items():
+                left = float(kg[(by == name) & (gone["step"] <= step)].sum())
+                values.append(left / entered if entered else 0.0)
         return found
 
     def _in_bridges(self, step: int) -> float:

@@ -98,7 +98,7 @@ def test_printed_shares_of_liquid_add_up(early: Path) -> None:
     assert sum(shares) == pytest.approx(100.0, abs=0.6), line
 
 
-def test_moisture_of_the_feed_is_that_of_what_was_fed(early: Path) -> None:
+def test_moisture_of_the_feed_is_that_of_what_entered(early: Path) -> None:
     found = screening_report.analyse(early)[0]
     liquid = RunDir(early).scene.liquid
     assert liquid is not None
@@ -106,7 +106,7 @@ def test_moisture_of_the_feed_is_that_of_what_was_fed(early: Path) -> None:
     assert found["feed_moisture_percent"] == pytest.approx(expected, rel=1e-12)
 
 
-def test_passage_is_a_share_of_what_was_fed(early: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_passage_is_a_share_of_what_entered(early: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The spheres that are below the plane are over the 20 that entered; those that wait below it have not passed."""
     drawn: list[Figure] = []
     monkeypatch.setattr(page, "curves", lambda figure, *_: drawn.append(figure) or "")
@@ -121,7 +121,7 @@ def test_passage_is_a_share_of_what_was_fed(early: Path, monkeypatch: pytest.Mon
     )
 
 
-def test_the_label_of_a_group_has_the_moisture_of_what_was_fed(early: Path) -> None:
+def test_the_label_of_a_group_has_the_moisture_of_what_entered(early: Path) -> None:
     """100 % times liquid over mass of the 60 spheres, from the ledger's last line; 0 % of a dry run."""
     run, last = RunDir(early), {"step": [0, 1000], "initial": [0.0, (CAME * FILMS).sum()]}
     moist: Any = SimpleNamespace(

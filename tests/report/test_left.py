@@ -18,7 +18,7 @@ from pywet.util.files import write_table
 from reference_impl.shown import scenes
 from tests.products import made_up
 
-TITLES = ["overs, share of mass fed", "unders, share of mass fed"]
+TITLES = ["overs, share of the feed", "unders, share of the feed"]
 
 
 @pytest.fixture(scope="module", params=[2000, 1000])
@@ -43,16 +43,16 @@ def closed(deck: Path, tmp_path: Path) -> Path:
     return folder
 
 
-def test_curves_are_what_left_over_what_was_fed(deck: Path) -> None:
-    """Of the mass fed until each output, as the series of the screen has it: in the machine, overs and unders."""
+def test_curves_are_what_left_over_what_entered(deck: Path) -> None:
+    """Of the mass that has entered until each output, as the series of the screen has it: in the machine, overs and unders."""
     run = RunDir(deck)
     series = screening_report.time_series(run, streams.read(run, 0.2))
-    fed = series[["hold_up_kg", "overs_kg", "unders_kg"]].sum(axis=1)
+    feed = series[["hold_up_kg", "overs_kg", "unders_kg"]].sum(axis=1)
     curves = browser._curves(run)
     assert [c["quantity"] for c in curves] == ["left_overs", "left_unders"]
     assert [c["title"] for c in curves] == TITLES
     for curve, product in zip(curves, ("overs", "unders"), strict=True):
-        expected = (series[f"{product}_kg"] / fed).where(fed > 0, 0.0)
+        expected = (series[f"{product}_kg"] / feed).where(feed > 0, 0.0)
         assert curve["y"] == pytest.approx(expected.tolist(), rel=1e-12) and 0.1 < curve["y"][-1] < 0.9
 
 
@@ -67,7 +67,7 @@ def test_outlets_without_a_product_are_called_by_their_name(deck: Path, tmp_path
             given |= {"name": name, "product": product}
         (tmp_path / "scene.json").write_text(json.dumps(scene))
         found.append(caption.curves(RunDir(tmp_path)))
-    assert [c.title for c in found[0]] == ["far edge, share of mass fed", "tray, share of mass fed"]
+    assert [c.title for c in found[0]] == ["far edge, share of the feed", "tray, share of the feed"]
     (both,) = found[1]
     assert both.values == pytest.approx(found[0][0].values + found[0][1].values, rel=1e-12)
 
