@@ -97,7 +97,8 @@ def aperture_of(run: RunDir, deck: int = 1) -> float | None:
 
 
 def _numbers(run: RunDir, flow: Streams, numbers: Separation, series: pd.DataFrame) -> dict[str, Any]:
-    counted, scene = flow.counted, run.scene
+    counted, scene, line = flow.counted, run.scene, run.timeline
+    feed = pd.DataFrame({"mass_kg": line.mass, "liquid_m3": line.initial_film})[line.entered_by_end]
     density = scene.liquid.density_kg_per_m3 if scene.liquid else 0.0
     of = {p: counted[counted["product"] == p] for p in PRODUCTS}
     screen = apertures.screen_of(run, flow.deck)
@@ -113,7 +114,7 @@ def _numbers(run: RunDir, flow: Streams, numbers: Separation, series: pd.DataFra
         "moisture_half_width_percent": {
             p: intervals.of_moisture(rows, density, flow.continuous) for p, rows in of.items()
         },
-        "feed_moisture_percent": 100.0 * density * float(run.timeline.initial_film.sum()) / float(run.timeline.mass.sum()),
+        "feed_moisture_percent": moisture_percent(feed, density),
         "residence_s": {p: _residence(rows) for p, rows in of.items()},
         **_of_screen(run, flow, series),
     }  # fmt: skip

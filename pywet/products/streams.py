@@ -175,6 +175,21 @@ def hold_up(spheres: pd.DataFrame, times: Floats) -> Floats:
     return np.array([mass[(entered <= t) & (left > t)].sum() for t in times])
 
 
+def shares_left(run: RunDir) -> dict[str, Floats]:
+    """Return by product, or outlet without one, the mass that left until each output over that which entered until then.
+
+    0 until something has entered; empty for a run without outlets.
+    """
+    line, of = run.timeline, [o.product or o.name for o in run.scene.outlets]
+    if not of:
+        return {}
+    gone = run.table("history/retired")
+    out, mass = np.array(of)[gone["outlet"].to_numpy(dtype=int) - 1], line.mass[np.searchsorted(line.ids, gone["id"])]
+    feed = line.entered @ line.mass
+    left = {p: (gone["step"].to_numpy()[out == p] <= line.steps[:, None]) @ mass[out == p] for p in dict.fromkeys(of)}
+    return {p: np.divide(kg, feed, out=np.zeros(len(feed)), where=feed > 0) for p, kg in left.items()}
+
+
 def steady_from(scene: EngineScene, table: pd.DataFrame, end: float) -> float | None:
     """Return the time [s] from which hold-up and outflow are both steady; None if one of them never is."""
     times = edges(scene, end)

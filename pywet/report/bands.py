@@ -283,10 +283,13 @@ def _labels(groups: Mapping[str, Sequence[Path]]) -> dict[str, str]:
 
 
 def _percent(run: RunDir) -> str:
-    """Return the initial liquid over the dry mass, in per cent."""
-    scene, mass = run.scene, sum(c.count * c.mass_kg for c in run.scene.classes)
-    initial = float(run.ledger["initial"].iloc[-1]) if run.moist else 0.0
-    return f"{100.0 * initial * (scene.liquid.density_kg_per_m3 if scene.liquid else 0.0) / mass:.3g} %"
+    """Return the liquid over the dry mass, both of the spheres that have entered by the end, in per cent."""
+    liquid, mass_of = run.scene.liquid, {c.type: c.mass_kg for c in run.scene.classes}
+    last = run.ledger.iloc[-1] if run.moist else {"initial": 0.0}
+    if liquid is None or not last["initial"]:
+        return "0 %"
+    mass = run.spheres["type"][run.enters <= last["step"]].map(mass_of).sum()
+    return f"{100.0 * last['initial'] * liquid.density_kg_per_m3 / mass:.3g} %"
 
 
 def _short(text: str) -> str:

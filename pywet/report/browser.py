@@ -19,7 +19,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pywet.laws.contact import film_thickness
-from pywet.report import active_bridges, render, vtk
+from pywet.report import active_bridges, caption, render, vtk
 from pywet.report.embedded_json import embedded
 from pywet.report.movie import spread
 from pywet.report.sketch import solid
@@ -175,14 +175,15 @@ def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
 
 
 def _curves(run: RunDir) -> list[dict[str, Any]]:
-    """Return quantity, times [s] and values of the curves next to the scene; viewer.js has their titles."""
-    line = run.timeline
-    retained = 1.0 - line.passed @ line.mass / line.mass.sum()
-    curves: list[tuple[str, Any, Any]] = [("fraction_retained_spheres", line.times, retained)]
+    """Return quantity, title, times [s] and values of the curves next to the scene."""
+    curves: list[tuple[str, str, Any, Any]] = [
+        (curve.quantity, curve.title, run.timeline.times, curve.values) for curve in caption.curves(run)
+    ]
     if run.moist:
         ledger = run.ledger
-        curves.append(("liquid_in_bridges_percent", ledger["time"], 100.0 * ledger["bridges"] / ledger["initial"]))
-    return [{"quantity": quantity, "x": x.tolist(), "y": y.tolist()} for quantity, x, y in curves]
+        share = (100.0 * ledger["bridges"] / ledger["initial"]).where(ledger["initial"] > 0, 0.0)
+        curves.append(("liquid_in_bridges_percent", "liquid in bridges, %", ledger["time"], share))
+    return [{"quantity": of, "title": title, "x": x.tolist(), "y": y.tolist()} for of, title, x, y in curves]
 
 
 def _blob(arrays: dict[str, NDArray[Any]]) -> tuple[dict[str, tuple[str, int, int]], str]:

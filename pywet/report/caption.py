@@ -1,15 +1,17 @@
-"""Caption below a picture of a run: legend, time, fraction retained and a scale bar."""
+"""Caption below a picture of a run: legend, time, fraction retained and a scale bar; curves next to pictures that move."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from pywet.products import streams
 from pywet.report.sketch import BRIDGE_COLOUR, METAL, METALS, solid
-from pywet.runs.rundir import RunDir
+from pywet.runs.rundir import Floats, RunDir
 
 INK, PAPER, SOFT, FILM, DRY = "#27323d", "#ffffff", "#aab3bb", "#5b9fd0", "#d9d3c7"
 WALL = "#b9c4cf"
@@ -27,13 +29,35 @@ def entries(run: RunDir) -> list[tuple[str, str]]:
     return [*(moist if run.moist else [(DRY, "spheres")]), *([(METAL, metal)] if metal else []), *cut]
 
 
+@dataclass(frozen=True)
+class Curve:
+    """A quantity from 0 to 1 at the outputs, drawn next to a scene; `title` is what a reader sees."""
+
+    quantity: str
+    title: str
+    values: Floats
+
+
+def curves(run: RunDir) -> list[Curve]:
+    """Return what has been screened over time: of a case the fraction retained, of a scene the share left by each product.
+
+    Empty for a scene with neither a collecting bin nor outlets.
+    """
+    line = run.timeline
+    if run.scene.slide is not None:
+        retained = 1.0 - line.passed @ line.mass / line.mass.sum()
+        return [Curve("fraction_retained_spheres", "fraction retained (spheres)", retained)]
+    left = streams.shares_left(run).items()
+    return [Curve(f"left_{name}", f"{name.replace('_', ' ')}, share of the feed", share) for name, share in left]
+
+
 def sentence(run: RunDir, step: int) -> str:
-    """Return name, time, and, in screening, the share of the spheres' mass that is not in the bin."""
+    """Return name, time, and, of a case, the share of the spheres' mass that is not in the bin."""
     line = run.timeline
     row = int(np.searchsorted(line.steps, step))
-    if all(w.reservoir == "wall" for w in run.scene.walls):
+    if run.scene.slide is None:
         return f"{run.scene.name}   t = {line.times[row]:.3f} s"
-    retained = 1.0 - float(line.mass @ line.passed[row] / line.mass.sum())
+    retained = float(curves(run)[0].values[row])
     return f"{run.scene.name}   t = {line.times[row]:.3f} s   retained {100 * retained:.1f} % of the spheres' mass"
 
 

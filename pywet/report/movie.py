@@ -1,4 +1,4 @@
-"""Movie of a run: an MP4 and a short loop, rendered off screen, with the fraction retained over time.
+"""Movie of a run: an MP4 and a short loop, rendered off screen, with the curves of `caption.curves` over time.
 
 The camera and the colours are the same in all frames. Frames are drawn in a child process, like pictures (`render.py`).
 """
@@ -6,7 +6,7 @@ The camera and the colours are the same in all frames. Frames are drawn in a chi
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,9 @@ from pywet.util.files import atomic_write
 
 SIZE = (560, 480)
 CHART = 220
-"""Width of the curve next to the scene, in pixels."""
+"""Width of the curves next to the scene, in pixels."""
+LINES = ("#0b3c78", "#5d8a3a", "#8b5fa5", "#c0392b")
+"""Colours of the curves and of their titles."""
 PER_SECOND = 12
 LOOP = 24
 """Number of frames of the loop."""
@@ -49,34 +51,39 @@ def draw(run: RunDir, frames: int, folder: Path) -> None:
     rows = spread(len(line.steps), frames)
     seen = render.view(run, render.telling_step(run))
     limit = max(colour_limit(run, int(line.steps[row])) for row in rows)
-    retained = 1.0 - line.passed @ line.mass / line.mass.sum()
+    curves = caption.curves(run)
     for k, row in enumerate(rows):
         step = int(line.steps[row])
         image, mm = render.scene(run, step, seen, limit, SIZE, fine=False)
-        whole = np.concatenate([np.asarray(image)[..., :3], chart(line.times, retained, row)], axis=1)
+        whole = np.asarray(image)[..., :3]
+        if curves:
+            whole = np.concatenate([whole, chart(line.times, curves, row)], axis=1)
         caption.save(
             caption.below(whole, caption.entries(run), caption.sentence(run, step), mm), folder / f"{k:05d}.png"
         )
         print((k + 1) / len(rows), flush=True)
 
 
-def chart(times: Floats, retained: Floats, row: int) -> Any:
-    """Return the curve up to a row of the table, on axes of the whole run, as pixels."""
+def chart(times: Floats, curves: Sequence[caption.Curve], row: int) -> Any:
+    """Return the curves up to a row of the table, on axes of the whole run, as pixels."""
     picture = Image.new("RGB", (CHART, SIZE[1]), caption.PAPER)
     pen, font = ImageDraw.Draw(picture), ImageFont.load_default(12)
-    left, right, top, bottom = 40, CHART - 14, 44, SIZE[1] - 60
-    x, y = left + (right - left) * times / times[-1], bottom - (bottom - top) * retained
-    points = list(zip(x.tolist(), y.tolist(), strict=True))
-    pen.text((left - 30, 12), "fraction retained (spheres)", fill=caption.INK, font=font)
+    left, right, top, bottom = 40, CHART - 14, 28 + 16 * len(curves), SIZE[1] - 60
+    x = left + (right - left) * times / times[-1]
     pen.line([(left, top), (left, bottom), (right, bottom)], fill=caption.SOFT)
     for value in (0.0, 0.5, 1.0):
         place = (left - 6, bottom - (bottom - top) * value)
         pen.text(place, f"{value:g}", fill=caption.INK, font=font, anchor="rm")
     pen.text((left, bottom + 8), "0", fill=caption.INK, font=font)
     pen.text((right, bottom + 8), f"{times[-1]:.3g} s", fill=caption.INK, font=font, anchor="ra")
-    pen.line(points, fill="#dfe4e9", width=2)
-    pen.line(points[: row + 1], fill="#0b3c78", width=3)
-    pen.ellipse([x[row] - 5, y[row] - 5, x[row] + 5, y[row] + 5], fill="#d98032")
+    drawn = [(bottom - (bottom - top) * curve.values, LINES[k % len(LINES)]) for k, curve in enumerate(curves)]
+    points = [list(zip(x.tolist(), y.tolist(), strict=True)) for y, _ in drawn]
+    for of_curve in points:
+        pen.line(of_curve, fill="#dfe4e9", width=2)
+    for k, ((y, colour), of_curve) in enumerate(zip(drawn, points, strict=True)):
+        pen.text((left - 30, 12 + 16 * k), curves[k].title, fill=colour, font=font)
+        pen.line(of_curve[: row + 1], fill=colour, width=3)
+        pen.ellipse([x[row] - 5, y[row] - 5, x[row] + 5, y[row] + 5], fill="#d98032")
     return np.asarray(picture)
 
 

@@ -142,7 +142,9 @@ def _sizes(run: Run) -> list[page.Section]:
         "made [g]": lambda r: f"{1e3 * r['made_kg']:.4g}",
         "difference": lambda r: f"{100 * (r['made_kg'] / r['asked_kg'] - 1):+.1f} %",
     })  # fmt: skip
-    return [page.Section("Masses in whole spheres", table, "Sizes")]
+    entered, planned = sum(run.summary["spheres"].values()), sum(c.count for c in run.scene.classes)
+    early = f"The run ended after {entered} of the {planned} spheres had entered." if entered < planned else ""
+    return [page.Section("Masses in whole spheres", table + (page.paragraph(early) if early else ""), "Sizes")]
 
 
 def _retained(runs: seeds.Runs) -> list[page.Section]:

@@ -243,7 +243,8 @@ def crossings(run: RunDir, deck: int = 1) -> pd.DataFrame:
     plane = run.scene.screen_z_m
     if screen and screen.name != "wires":
         plane = float(apertures.extents(run, screen)[0][:, 2].min())
-    below = table[table["z"] < plane].drop_duplicates("id")
+    entered = table["step"].to_numpy() >= run.enters[np.searchsorted(run.timeline.ids, table["id"])]
+    below = table[(table["z"] < plane) & entered].drop_duplicates("id")
     return below[["id", "type", "x"]]
 
 
@@ -255,11 +256,13 @@ def _passage(run: RunDir, numbers: dict[str, Any]) -> str:
     if screen:
         ends = apertures.extents(run, screen)
         low, high = float(ends[0][:, 0].min()), float(ends[1][:, 0].max())
-    edges = np.linspace(low, high, 11)
+    edges, feed = np.linspace(low, high, 11), run.timeline.types[run.timeline.entered_by_end]
     for c in run.scene.classes:
         here = crossed[crossed["type"] == c.type]["x"].to_numpy(dtype=float)
         counts, _ = np.histogram(here, edges)
-        axes.plot(1e3 * 0.5 * (edges[1:] + edges[:-1]), counts / max(c.count, 1), marker=".", label=c.name)
+        axes.plot(
+            1e3 * 0.5 * (edges[1:] + edges[:-1]), counts / max((feed == c.type).sum(), 1), marker=".", label=c.name
+        )
     axes.set(xlabel="x along the screen [mm]", ylabel="share of the feed of its size [-]")
     legend(figure)
     return page.curves(

@@ -218,11 +218,9 @@
     return Array.from({ length: Math.floor(most / step + 1e-9) + 1 }, (_, k) => +(k * step).toPrecision(6));
   }
 
-  const TITLES = { fraction_retained_spheres: "fraction retained (spheres)", liquid_in_bridges_percent: "liquid in bridges, %" };
-
   /** Curves of one quantity as a picture; returns what moves their dots. */
   function chart(parent, quantity, runs) {
-    const curves = runs.map((run) => run.curves.find((curve) => curve.quantity === quantity)).filter(Boolean), title = TITLES[quantity];
+    const curves = runs.map((run) => run.curves.find((curve) => curve.quantity === quantity)).filter(Boolean), [{ title }] = curves;
     const last = Math.max(...curves.flatMap((c) => c.x)), most = Math.max(...curves.flatMap((c) => c.y));
     const times = ticks(last, 4), values = ticks(most, 4), right = Math.max(last, times.at(-1)), top = Math.max(most, values.at(-1));
     const x = (t) => 34 + (180 * t) / right, y = (v) => 122 - (96 * v) / top;

@@ -205,7 +205,7 @@ class Run:
             .reindex(index=line.steps, columns=line.ids)
             .to_numpy()
         )
-        table = pd.DataFrame({"time_s": line.times, "passed_kg": passed_mass(at < height, line.mass)})
+        table = pd.DataFrame({"time_s": line.times, "passed_kg": passed_mass((at < height) & line.entered, line.mass)})
         table.attrs["units"] = {"time_s": "s", "passed_kg": "kg"}
         return table
 

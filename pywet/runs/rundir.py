@@ -146,6 +146,13 @@ class RunDir:
         return self.table("history/spheres").sort_values("id", ignore_index=True)
 
     @cached_property
+    def enters(self) -> Ints:
+        """Return the step at which each sphere enters, in the order of ids; in a run that ended before, it has not entered."""
+        scripted = self.scene.name == SCRIPTED
+        steps = self.spheres["enters"] if scripted else self.scene.enters(self.spheres["type"].tolist())
+        return np.asarray(steps, dtype=np.int64)
+
+    @cached_property
     def triangles(self) -> pd.DataFrame:
         """Return history/triangles.parquet, sorted by triangle number; empty for a scene without walls and its file."""
         if not self.scene.walls:
@@ -316,6 +323,11 @@ class Timeline:
         return np.where(self.entered, self.initial_film, 0.0).sum(axis=1)
 
     @property
+    def entered_by_end(self) -> Bools:
+        """Return whether a sphere has entered by the last output, shape (N,); of a run that ended early not all have."""
+        return np.asarray(self.entered[-1])
+
+    @property
     def liquid(self) -> Floats:
         """Return the liquid of each sphere: film and share of active bridges [m3], shape (S, N)."""
         return self.film + self.in_bridges
@@ -340,8 +352,7 @@ class Timeline:
                 "run the case again",
                 code="run.types", where=run.path,
             )  # fmt: skip
-        enters = spheres["enters"].tolist() if scene.name == SCRIPTED else scene.enters(types.tolist())
-        entered = steps[:, None] >= np.array(enters, dtype=np.int64)
+        entered = steps[:, None] >= run.enters
         below = (z < scene.bin_z_m) & entered
         passed = np.logical_or.accumulate(below, axis=0)
         initial = spheres["film"].to_numpy(dtype=float) if "film" in spheres else np.zeros(len(ids))

@@ -43,8 +43,9 @@ def commit() -> str:
 
 
 def general(run: RunDir) -> dict[str, Any]:
-    """Summarise a run of any scene; times in s, volumes in m3, masses in kg."""
+    """Summarise a run of any scene; times in s, volumes in m3, masses in kg; of the spheres that have entered by its end."""
     scene, line = run.scene, run.timeline
+    there = line.entered_by_end
     engine: dict[str, Any] = run.json("engine/run.json", EngineRun) or {}
     wall = float(engine.get("wall_s") or 0.0)
     steps = scene.steps - int(engine.get("resumed_at_step") or 0)
@@ -62,11 +63,11 @@ def general(run: RunDir) -> dict[str, Any]:
         "time_step_s": scene.time_step_s,
         "simulated_s": scene.duration_s,
         "resumed_at_step": engine.get("resumed_at_step"),
-        "particle_steps_per_s": steps * len(line.ids) / wall if wall > 0 else None,
-        "spheres": {c.name: int((line.types == c.type).sum()) for c in scene.classes},
+        "particle_steps_per_s": steps * int(there.sum()) / wall if wall > 0 else None,
+        "spheres": {c.name: int((line.types[there] == c.type).sum()) for c in scene.classes},
         "amounts": (run.plan or {}).get("amounts", []),
-        "mass_kg": float(line.mass.sum()),
-        "initial_liquid_m3": float(line.initial_film.sum()),
+        "mass_kg": float(line.mass[there].sum()),
+        "initial_liquid_m3": float(line.put_in[-1]),
         "effects": scene.effects.model_dump(),
         "events": _events(run),
         "ledger_error": ledger_error(run.ledger) if run.moist else None,

@@ -45,8 +45,10 @@ class Logs:
             self.outputs = self.outputs[script.present(folder, self.outputs) > 0]
         self.origin = io.origin(folder)
         history = folder / "history"
-        start = io.columns(history / "spheres.parquet", ["id", "type", "radius", "film"]).sort_values("id")
+        names = ["id", "type", "radius", "film", *(["enters"] if script.of(folder) else [])]
+        start = io.columns(history / "spheres.parquet", names).sort_values("id")
         self.ids, self.kind, self.radius, self.film = (start[n].to_numpy() for n in ("id", "type", "radius", "film"))
+        self.enters = plans.entered(self.scene, start)
         self.first_below = np.full(len(self.ids), np.inf)
         self.triangles, self.rest = pd.DataFrame({"triangle": []}), np.zeros((0, 3, 3))
         self.poses: script.Poses | None = None

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from reference_impl.replay import io
+from reference_impl.replay import io, retired
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.formations import thickness
 from reference_impl.replay.stream import Rows
-from reference_impl.shown.logs import Logs, Moment
+from reference_impl.shown.logs import Logs
 
 SCENE = re.compile(r'<script type="application/json" class="run" data-name="(.*?)">(.*?)</script>', re.DOTALL)
 KINDS = {"Int32Array": "<i4", "Int16Array": "<i2", "Uint16Array": "<u2", "Uint8Array": "u1", "Float32Array": "<f4"}
@@ -96,7 +96,7 @@ class Scene:
         for frame, at in enumerate(self.steps):
             for what in (*self._spheres(frame, at), *self._bridges(frame, at), *self._walls(frame, at)):
                 yield what, f" at t = {self.head['times'][frame]:.4g} s"
-            in_bridges.append(self._in_bridges(self.logs.at(at)))
+            in_bridges.append(self._in_bridges(at))
         for what in self._curves(in_bridges):
             yield what, ""
 
@@ -194,7 +194,7 @@ class Scene:
     def _curves(self, in_bridges: list[float]) -> Iterator[str]:
         """Check values at the times of the scene, and all times; the share of liquid in bridges is that of each time [%]."""
         outputs = np.asarray(self.logs.outputs) * self.logs.scene["time_step_s"]
-        expected = {"fraction_retained_spheres": self._retained()}
+        expected = {"fraction_retained_spheres": self._retained()} if self.logs.scene.get("slide") else self._left()
         if self.logs.plan.moist:
             expected["liquid_in_bridges_percent"] = in_bridges
         if [c["quantity"] for c in self.head["curves"]] != list(expected):
@@ -212,8 +212,7 @@ class Scene:
 
     def _retained(self) -> list[float]:
         """Return, at the times of the scene, the mass that has never been below the bin's edge, over that of all spheres."""
-        density = {c["type"]: c["density_kg_per_m3"] for c in self.logs.scene["classes"]}
-        mass = self.logs.radius**3 * np.array([density[k] for k in self.logs.kind])
+        mass = self._masses()
         stream = Rows(io.where(self.logs.folder, "trajectory"), "trajectory", ["step", "id", "z"])
         edge = self.logs.scene.get("bin_z_m")
         above, values = np.ones(self.rows, bool), []
@@ -224,8 +223,32 @@ class Scene:
             values.append(float(mass[above].sum() / mass.sum()))
         return values
 
-    def _in_bridges(self, moment: Moment) -> float:
-        return float(100.0 * moment.bridges["volume"].sum() / self.logs.film.sum()) if len(moment.bridges) else 0.0
+    def _left(self) -> dict[str, list[float]]:
+        """Return, at the times of the scene, the mass that has left by each product over that of all that has entered."""
+        outlets = self.logs.scene.get("outlets") or []
+        names = {k: f"left_{o.get('product') or o['name']}" for k, o in enumerate(outlets, start=1)}
+        found: dict[str, list[float]] = {name: [] for name in names.values()}
+        if not found:
+            return found
+        gone, mass = retired.table(self.logs.folder), self._masses()
+        by, kg = gone["outlet"].map(names), mass[np.searchsorted(self.logs.ids, gone["id"])]
+        for step in self.steps:
+            entered = float(mass[self.logs.enters <= step].sum())
+            for name, values in found.items():
+                left = float(kg[(by == name) & (gone["step"] <= step)].sum())
+                values.append(left / entered if entered else 0.0)
+        return found
+
+    def _in_bridges(self, step: int) -> float:
+        """Return the share of the liquid put in until a step that is in bridges then [%]."""
+        put_in = float(self.logs.film[self.logs.enters <= step].sum())
+        volume = self.logs.at(step).bridges
+        return float(100.0 * volume["volume"].sum() / put_in) if len(volume) and put_in else 0.0
+
+    def _masses(self) -> Floats:
+        """Return the mass of every sphere over 4 pi/3."""
+        density = {c["type"]: c["density_kg_per_m3"] for c in self.logs.scene["classes"]}
+        return np.asarray(self.logs.radius**3 * np.array([density[k] for k in self.logs.kind]))
 
 
 def _off(shown: Floats, expected: Floats, limit: Any) -> np.ndarray[Any, Any]:

@@ -40,26 +40,27 @@ def tables(folder: Path, scene: Mapping[str, Any]) -> Recomputed:
     of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
     radius = {c["type"]: c["radius_m"] for c in scene["classes"]}
     r, liquid, touching, lost = np.array([radius[k] for k in of.kind]), [], [], 0
+    came = np.zeros(len(of.ids), bool)
     walls, origin, left = at_walls.Walls(folder), io.origin(folder), retired.table(folder)
     last = retired.leaves(folder, of.ids)
     for o in outputs(folder, scene, of, MOTION):
         stamp = {"step": float(o.step), "time_s": o.step * scene["time_step_s"]}
         liquid.append({**stamp, **_held(of, o, _booked(scene, left[left["step"] <= o.step]), last <= o.step)})
         touching.append({**stamp, **_contacts(of, o, r[o.at], scene, walls, origin)})
-        lost = max(lost, int((~o.here & (last >= o.step)).sum()))
+        lost, came = max(lost, int((~o.here & (last >= o.step)).sum())), ~o.waits
     by_wall, contacts = pd.DataFrame(liquid), pd.DataFrame(touching)
-    initial = float(of.film.sum())
+    initial = float(of.film[came].sum())
     return Recomputed(
         tables=dict(zip(NAMES, (by_wall, contacts), strict=True)),
         liquid=by_wall,
         checks={"no_particle_lost": float(lost), "liquid_accounted_for": accounted(by_wall, initial)},
         limits={"no_particle_lost": 0.0, "liquid_accounted_for": ALL_THERE},
-        printed=[len(of.ids), lost],
+        printed=[int(came.sum()), lost],
         more={},
         ends={str(k): float(v) for k, v in touching[-1].items() if k not in ("step", "time_s")},
-        mass=float(of.mass.sum()),
+        mass=float(of.mass[came].sum()),
         initial=initial,
-        counts=of.counts,
+        counts=of.counts(came),
     )
 
 

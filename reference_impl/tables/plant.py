@@ -367,10 +367,18 @@ def throughput(rows: pd.DataFrame, given: Mapping[str, Any], every: float) -> di
     return result
 
 
+def feed_moisture(folder: Path, scene: Mapping[str, Any]) -> float | None:
+    """Return the moisture [% of dry mass] of the spheres that have entered by the last output; None if none has."""
+    of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
+    came = plans.enters(dict(scene), of.kind) <= plans.plan(folder).outputs[-1]
+    mass = math.fsum(of.mass[came])
+    return 100.0 * of.density * math.fsum(of.film[came]) / mass if mass else None
+
+
 def held(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> Iterator[Held]:
     """Compare every number with that of screen.json."""
     rows = products(folder, scene, given)
-    mine = numbers(rows, scene, given)
+    mine = {**numbers(rows, scene, given), "feed_moisture_percent": feed_moisture(folder, scene)}
     planned = plans.plan(folder)
     outputs_s = float(planned.outputs[1] - planned.outputs[0]) * scene["time_step_s"]
     rule = (

@@ -62,10 +62,9 @@ class Bodies:
             {c["type"]: c["name"] for c in scene["classes"]}, liquid["density_kg_per_m3"] if liquid else 0.0, reservoir, rows,
         )  # fmt: skip
 
-    @property
-    def counts(self) -> dict[str, int]:
-        """Return the number of spheres of each class."""
-        return {name: int((self.kind == kind).sum()) for kind, name in self.names.items()}
+    def counts(self, those: Floats) -> dict[str, int]:
+        """Return the number of spheres of each class among those marked."""
+        return {name: int((those & (self.kind == kind)).sum()) for kind, name in self.names.items()}
 
     def at(self, ids: Floats, path: Path) -> Floats:
         """Return the index of each id; an id that does not exist at the start is refused."""

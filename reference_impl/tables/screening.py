@@ -95,7 +95,7 @@ def _recomputed(
         ends=None,
         mass=mass,
         initial=initial,
-        counts=of.counts,
+        counts=of.counts(np.ones(count, bool)),
     )
 
 

@@ -46,7 +46,8 @@ def recovery(run: Run) -> float:
     passed = counts(run)["unders"].to_numpy(float)
     small = np.array([2.0 * c.radius_m < APERTURE_M for c in run.scene.classes])
     mass = np.array([c.mass_kg for c in run.scene.classes])
-    inserted = np.array([c.count for c in run.scene.classes])
+    line = run._run.timeline
+    inserted = np.array([(line.types[line.entered_by_end] == c.type).sum() for c in run.scene.classes])
     return float((mass * passed)[small].sum() / (mass * inserted)[small].sum())
 
 

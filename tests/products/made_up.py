@@ -39,11 +39,11 @@ def scene(steps: int = 2000) -> EngineScene:
     )  # fmt: skip
 
 
-def make(run_dir: Path, overs: tuple[int, ...] = OVERS) -> Path:
+def make(run_dir: Path, overs: tuple[int, ...] = OVERS, steps: int = 2000) -> Path:
     """Write it, of 40 of each size `overs` to the overs: sphere k leaves 0.1 s after it entered, at the next step at which
-    spheres leave, with its film."""
+    spheres leave, with its film. With fewer steps the run ends before all have entered."""
     run_folder.claim(run_dir)
-    made = scene()
+    made = scene(steps)
     write_json(run_dir / "scene.json", made.model_dump(mode="json"))
     kind = np.repeat(np.arange(1, 5), EACH)
     ids = np.arange(1, len(kind) + 1)

@@ -101,12 +101,17 @@ def _one_gone(head: Head, arrays: Arrays) -> None:
 
 
 def _curve(head: Head, arrays: Arrays) -> None:
-    head["curves"][1]["y"] = [1.01 * y for y in head["curves"][1]["y"]]
+    (curve,) = head["curves"]  # with neither a bin nor outlets that of the liquid alone
+    curve["y"] = [1.01 * y for y in curve["y"]]
 
 
 def _quantities(head: Head, arrays: Arrays) -> None:
-    one, two = head["curves"]
-    one["quantity"], two["quantity"] = two["quantity"], one["quantity"]
+    head["curves"][0]["quantity"] = "fraction_retained_spheres"
+
+
+def _retained(head: Head, arrays: Arrays) -> None:
+    flat = [1.0] * len(head["curves"][0]["x"])
+    head["curves"].insert(0, {**head["curves"][0], "quantity": "fraction_retained_spheres", "y": flat})
 
 
 FAULTS: dict[str, tuple[Callable[[Head, Arrays], None], str]] = {
@@ -126,7 +131,8 @@ FAULTS: dict[str, tuple[Callable[[Head, Arrays], None], str]] = {
     "a wall hidden": (_hidden, "are drawn as others are"),
     "a sphere missing": (_one_gone, "spheres are shown that are not there, or not shown"),
     "a curve 1 % high": (_curve, "the curve liquid_in_bridges_percent is wrong"),
-    "curves exchanged": (_quantities, "curves are of"),
+    "a curve taken for another": (_quantities, "curves are of"),
+    "a fraction retained without a bin": (_retained, "curves are of"),
 }
 """Faults of what a page holds for its scene."""
 

@@ -20,7 +20,8 @@ def test_frames_are_evenly_spread_from_the_first_to_the_last() -> None:
 
 def test_the_dot_stands_at_the_time_and_the_fraction_retained() -> None:
     """Half of the time, a quarter retained: the middle of the dot is there on axes from (40, 420) to (206, 44)."""
-    pixels = movie.chart(np.array([0.0, 1.0, 2.0]), np.array([1.0, 0.25, 0.0]), 1)
+    retained = caption.Curve("fraction_retained_spheres", "fraction retained (spheres)", np.array([1.0, 0.25, 0.0]))
+    pixels = movie.chart(np.array([0.0, 1.0, 2.0]), [retained], 1)
     rows, columns = np.nonzero((pixels == (0xD9, 0x80, 0x32)).all(axis=2))
     assert (columns.mean(), rows.mean()) == pytest.approx(((40 + 206) / 2, 420 - 0.25 * 376), abs=1.0)
 

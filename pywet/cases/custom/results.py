@@ -114,11 +114,11 @@ def _overlaps(at: Floats, radius: Floats, scene: EngineScene) -> Floats:
 
 def checks(run: RunDir, liquid: pd.DataFrame) -> list[Check]:
     """Check that no sphere is lost and that the tables account for all liquid."""
-    line, initial = run.timeline, float(run.timeline.initial_film.sum())
+    line, initial = run.timeline, float(run.timeline.put_in[-1])
     missing = int((~line.present & ~taken_out(run)[0]).sum(axis=1).max())
     error = float((liquid["total_m3"] - liquid["initial_m3"]).abs().max(skipna=False)) / initial if initial > 0 else 0.0
     return [
-        at_most("no_particle_lost", missing, 0, f"{len(line.ids)} spheres in, {missing} missing at most"),
+        at_most("no_particle_lost", missing, 0, f"{line.entered_by_end.sum()} spheres in, {missing} missing at most"),
         at_most(
             "liquid_accounted_for", error, LIQUID_TOLERANCE,
             f"the sum over spheres and walls differs from the total liquid by at most {error:.3g} of it",
