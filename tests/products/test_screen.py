@@ -24,8 +24,7 @@ from pywet.products.partition import partition_curve, separation, size_at
 from pywet.report import page, screen_page
 from pywet.runs.rundir import RunDir
 from pywet.scene import Insertion, Vibration
-from reference_impl.replay import io
-from reference_impl.tables import plant
+from reference_impl.tables import plant, screen_series
 from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
 from tests.products import made_up
@@ -50,7 +49,7 @@ def numbers(folder: Path) -> dict:
 
 def reference_objects(folder: Path) -> list[str]:
     """Names of the numbers with which the reference disagrees."""
-    return [h.name for h in plant.held(folder, io.scene(folder), numbers(folder)) if h.wrong]
+    return made_up.disagrees(folder, numbers(folder))
 
 
 def test_partition_of_a_made_up_run(made: Path) -> None:
@@ -175,8 +174,7 @@ def test_every_number_that_is_wrong_is_named(made: Path) -> None:
         for name in above:
             inner = inner[name]
         inner[key] = "elsewhere" if isinstance(inner[key], str) else inner[key] * 1.01 + 1e-6
-        named = [h.name for h in plant.held(made, io.scene(made), changed) if h.wrong]
-        assert named == [f"results/screen.json: {path}"], path
+        assert made_up.disagrees(made, changed) == [f"results/screen.json: {path}"], path
 
 
 def test_a_second_deck(tmp_path: Path) -> None:
@@ -199,7 +197,7 @@ def test_a_second_deck(tmp_path: Path) -> None:
     assert second["deck"] == 2 and sum(second["spheres"].values()) == first["spheres"]["unders"]
     for name in ("screen", "screen_2"):
         given = json.loads((folder / "results" / f"{name}.json").read_text())
-        assert [h.name for h in plant.held(folder, io.scene(folder), given) if h.wrong] == []
+        assert made_up.disagrees(folder, given) == []
     with raises_code("screen.deck", given=3, expected=2):
         screening_report.write(folder, deck=3)
 
@@ -357,12 +355,7 @@ def test_where_the_cut_size_is_among_the_sizes(positions: dict[str, Path], where
     assert (found["d50_mm"], found["d50_position"]) == (pytest.approx(size), where)
     assert screen_page.five(found)["cut size d50"].startswith(words)
     assert reference_objects(positions[where]) == []
-    named = [
-        h.name
-        for h in plant.held(positions[where], io.scene(positions[where]), {**found, "d50_position": "–"})
-        if h.wrong
-    ]
-    assert named == ["results/screen.json: d50_position"]
+    assert made_up.disagrees(positions[where], {**found, "d50_position": "–"}) == ["results/screen.json: d50_position"]
 
 
 def test_several_runs_name_the_cut_sizes_that_are_not_enclosed(positions: dict[str, Path]) -> None:
@@ -504,7 +497,7 @@ def test_the_plane_of_the_screen_is_where_the_engine_has_it() -> None:
     would be pegged for one of the two programs alone."""
     moves = Vibration(amplitude_m=(0.0, 0.0, 1e-3), phase_rad=(0.0, 0.0, 0.4), frequency_Hz=20.0)
     rate, step = 2.0 * math.pi * 20.0, 1.8e-5
-    mine = plant.summed(1e-3, rate, 0.4, step, 5000)
+    mine = screen_series.summed(1e-3, rate, 0.4, step, 5000)
     engine = engine_displacement(moves, np.arange(5001), step)[:, 2]
     assert np.abs(mine - engine).max() < 1e-15
     sine = 1e-3 * (np.sin(rate * step * np.arange(5001) + 0.4) - math.sin(0.4))
