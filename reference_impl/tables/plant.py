@@ -29,6 +29,8 @@ RESULTS = {1: "results/screen.json", 2: "results/screen_2.json", 3: "results/scr
 """Result file of each deck, from the top."""
 LEVELS = ("overs", "middlings", "lower_middlings")
 MOST_PASSED = 0.95
+SAME = 1e-9
+"""Difference of two times that is round-off [s]."""
 SHARES = (
     "undersize_in_feed", "undersize_recovery", "oversize_recovery", "unders_purity", "overs_purity", "efficiency",
     "efficiency_product", "misplaced",
@@ -40,7 +42,7 @@ def within(every: pd.DataFrame, after: float, until: float, batch: bool = False)
     """Return the spheres of both products that left between two times [s]; of a batch all."""
     table = every[every["product"].notna()]
     if not batch:
-        table = table[(table["out"] > after) & (table["out"] <= until)]
+        table = table[(table["out"] > after + SAME) & (table["out"] <= until + SAME)]
     return table.reset_index(drop=True)
 
 
