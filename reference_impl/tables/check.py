@@ -64,18 +64,16 @@ def _screen(section: Section, run: Path, scene: Mapping[str, Any], given: Mappin
     named = Held(f"{plant.RESULTS[deck]}: deck", given.get("deck", 1), deck, "name of the file")
     name = screen_wall.numbered("results_screen", deck)
     section.add(name, "itself", [named, *plant.held(run, scene, of)], f"numbers of {Path(plant.RESULTS[deck]).name}")
-    scales = {
-        "time": of.period["to_s"],
-        "_kg": float(of.spheres["kg"].sum()),
-        "_m3": float(of.spheres["start_m3"].sum()) or 1.0,
-    }
-    made = {"screen_series": (of.series, "step", KINDS), "partition": (plant.partition(of.counted), "size", KINDS)}
-    made["grade_efficiency"] = (flowsheet.grade_efficiency(made["partition"][0]), "size", ("csv",))
-    for table, (mine, key, kinds) in made.items():
-        _compare(section, run, screen_wall.numbered(table, deck), mine, scales, key, kinds)
+    mass, liquid = float(of.spheres["kg"].sum()), float(of.spheres["start_m3"].sum())
+    scales = {"time": of.period["to_s"], "x_m": 1e-3, "_kg": mass, "_m3": liquid or 1.0}
+    partition = plant.partition(of.counted)
+    _compare(section, run, screen_wall.numbered("screen_series", deck), of.series, scales)
+    _compare(section, run, screen_wall.numbered("partition", deck), partition, scales, "size")
+    efficiency = flowsheet.grade_efficiency(partition)
+    _compare(section, run, screen_wall.numbered("grade_efficiency", deck), efficiency, scales, "size", ("csv",))
     name = screen_wall.numbered("flowsheet", deck)
     path = run / "results" / f"{name}.csv"
-    fits = flowsheet.held(f"results/{path.name}", columns.read(path) if path.exists() else None, made["partition"][0])
+    fits = flowsheet.held(f"results/{path.name}", columns.read(path) if path.exists() else None, partition)
     section.add(f"results_{name}", "itself", [*fits], f"values of {name}")
 
 

@@ -45,7 +45,10 @@ def _of_wall(folder: Path, scene: Mapping[str, Any], wall: dict[str, Any]) -> di
     """
     of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
     caught = _Caught(folder, scene, wall, of)
-    liquid, pegs, box, counted = [], [], images.of(folder), []
+    liquid: list[float] = []
+    pegs: list[Floats] = []
+    counted: list[Floats] = []
+    box = images.of(folder)
     last, there = np.zeros((len(of.ids), 3)), np.zeros(len(of.ids), bool)
     for o in outputs(folder, scene, of, MOTION):
         place, now = caught.at(o)
