@@ -20,6 +20,8 @@ from pywet.runs.rundir import Floats, RunDir
 from pywet.scene import EngineScene
 
 PRODUCTS = ("overs", "unders")
+TIE = 1e-9
+"""Difference of two times that is round-off [s]."""
 Spheres = tuple[Any, Any, Any]
 """Ids, types and masses [kg] of all spheres, in the order of the ids."""
 
@@ -44,7 +46,8 @@ class Streams:
         with_product = self.spheres[self.spheres["product"] != ""]
         if not self.continuous:
             return with_product
-        return with_product[(with_product["left_s"] > self.start_s) & (with_product["left_s"] <= self.end_s)]
+        left = with_product["left_s"] - TIE
+        return with_product[(left > self.start_s) & (left <= self.end_s)]
 
 
 def read(run: RunDir, from_s: float | None = None, deck: int = 1) -> Streams:
@@ -163,16 +166,16 @@ def edges(scene: EngineScene, end_s: float) -> Floats:
 def flux(spheres: pd.DataFrame, times: Floats) -> Floats:
     """Return the mass that left in each interval over its length [kg/s]."""
     mass, _ = np.histogram(
-        spheres["left_s"].dropna(), times + 1e-9, weights=spheres["mass_kg"][spheres["left_s"].notna()]
+        spheres["left_s"].dropna(), times + TIE, weights=spheres["mass_kg"][spheres["left_s"].notna()]
     )
     return np.asarray(mass / np.diff(times))
 
 
 def hold_up(spheres: pd.DataFrame, times: Floats) -> Floats:
-    """Return the mass that has entered and not left at each time [kg]."""
+    """Return the mass that has entered and not left at each time [kg]; what leaves just then has left, whatever the round-off."""
     mass = spheres["mass_kg"].to_numpy()
     entered, left = spheres["entered_s"].to_numpy(), spheres["left_s"].fillna(np.inf).to_numpy()
-    return np.array([mass[(entered <= t) & (left > t)].sum() for t in times])
+    return np.array([mass[(entered <= t) & (left > t)].sum() for t in times + TIE])
 
 
 def shares_left(run: RunDir) -> dict[str, Floats]:

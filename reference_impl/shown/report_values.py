@@ -201,7 +201,7 @@ def _evaluated(cases: Cases, run: int | str) -> dict[str, Any] | None:
         return given
     folder = cases.folder / name_of(run)
     scene = io.scene(folder)
-    rows = plant.products(folder, scene, given)
+    rows = plant.within(plant.spheres(folder, scene, 1), 0.0, math.inf, batch=True)
     aperture = ((cases.json(run, "config.json") or {}).get("case") or {}).get("aperture_mm")
     limit = plant.size_of(plant.curve(rows), 0.5) if aperture is None else aperture
     found = plant.numbers(rows, scene, {**given, "reference_mm": limit})

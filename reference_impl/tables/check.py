@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
 
 from reference_impl.diagnosis.held import MISSING, Held, Section
 from reference_impl.replay import io
-from reference_impl.tables import any_scene, columns, known, plant, screening, summary
+from reference_impl.tables import any_scene, columns, flowsheet, known, plant, screen_wall, screening, summary
 from reference_impl.tables.recomputed import Recomputed
 
 NAME = "results"
@@ -29,10 +34,9 @@ def check(folder: Path) -> Section:
         mine = (any_scene if any_scene.written(run) else screening).tables(run, scene)
         if (run / "results").is_dir():
             _tables(section, run, mine)
-        screens = [summary.load(run / name) for name in plant.RESULTS.values() if (run / name).exists()]
-        if screens:
-            compared = [row for numbers in screens for row in plant.held(run, scene, numbers)]
-            section.add("results_screen", "itself", compared, "numbers of screen.json")
+        for deck, name in plant.RESULTS.items():
+            if (run / name).exists():
+                _screen(section, run, scene, summary.load(run / name), deck)
         if scene.get("blocks") and (run / known.RESULT).exists():
             section.add("results_until", "itself", [*known.held(run, scene)], "numbers of until.json")
         if (run / "summary.json").exists():
@@ -54,22 +58,50 @@ def check(folder: Path) -> Section:
     return section
 
 
+def _screen(section: Section, run: Path, scene: Mapping[str, Any], given: Mapping[str, Any], deck: int) -> None:
+    """Compare the numbers and tables of a deck; of the given ones only the options are taken as they are."""
+    of = plant.Deck.read(run, scene, {**given, "deck": deck})
+    named = Held(f"{plant.RESULTS[deck]}: deck", given.get("deck", 1), deck, "name of the file")
+    name = screen_wall.numbered("results_screen", deck)
+    section.add(name, "itself", [named, *plant.held(run, scene, of)], f"numbers of {Path(plant.RESULTS[deck]).name}")
+    mass, liquid = float(of.spheres["kg"].sum()), float(of.spheres["start_m3"].sum())
+    scales = {"time": of.period["to_s"], "x_m": 1e-3, "_kg": mass, "_m3": liquid or 1.0}
+    partition = plant.partition(of.counted)
+    _compare(section, run, screen_wall.numbered("screen_series", deck), of.series, scales)
+    _compare(section, run, screen_wall.numbered("partition", deck), partition, scales, "size")
+    efficiency = flowsheet.grade_efficiency(partition)
+    _compare(section, run, screen_wall.numbered("grade_efficiency", deck), efficiency, scales, "size", ("csv",))
+    name = screen_wall.numbered("flowsheet", deck)
+    path = run / "results" / f"{name}.csv"
+    fits = flowsheet.held(f"results/{path.name}", columns.read(path) if path.exists() else None, partition)
+    section.add(f"results_{name}", "itself", [*fits], f"values of {name}")
+
+
 def _tables(section: Section, run: Path, mine: Recomputed) -> None:
     liquid = mine.initial or 1.0
     scales = {"step": 1.0, "time": max(abs(mine.liquid["time_s"].iloc[-1]), 1e-300), "_m3": liquid}
     for name, table in mine.tables.items():
-        held, rows = [], 0
-        for kind in KINDS:
-            path = run / "results" / f"{name}.{kind}"
-            if not path.exists():
-                held.append(Held(f"results/{path.name}", MISSING, "there", "docs/results.md"))
-                continue
-            given = columns.read(path)
-            rows += given.size
-            held += columns.held(f"results/{path.name}", given, table, scales)
-        section.add(f"results_{name}", "1, or the liquid put in", held, f"columns of {name} ({rows} values)")
+        _compare(section, run, name, table, scales)
     path = run / "results" / "checks.json"
     if mine.ends is not None:
         return  # a user-defined scene has its checks in summary.json only
     listed = summary.load(path) if path.exists() else None
     section.add("results_checks", "1", [*summary.checks("results/checks.json", listed, mine)], "numbers of checks.json")
+
+
+def _compare(
+    section: Section, run: Path, name: str, table: pd.DataFrame, scales: dict[str, float],
+    key: str = "step", kinds: Sequence[str] = KINDS,
+) -> None:  # fmt: skip
+    """Compare a table in each of its files; rows of sizes are numbered from the finest."""
+    held, rows = [], 0
+    for kind in kinds:
+        path = run / "results" / f"{name}.{kind}"
+        if not path.exists():
+            held.append(Held(f"results/{path.name}", MISSING, "there", "docs/results.md"))
+            continue
+        given = columns.read(path)
+        rows += given.size
+        given, mine = (t if key in t else t.assign(**{key: np.arange(1.0, len(t) + 1)}) for t in (given, table))
+        held += columns.held(f"results/{path.name}", given, mine, scales, key)
+    section.add(f"results_{name}", "1, or the liquid put in", held, f"columns of {name} ({rows} values)")

@@ -45,9 +45,7 @@ def held(folder: Path, scene: Mapping[str, Any]) -> Iterator[Held]:
     step, number = scene["time_step_s"], scene["blocks"]
     total = round(scene["duration_s"] / step)
     size, first = total // number, round(given["from_s"] / step / (total // number))
-    rows = plant.products(
-        folder, scene, {"deck": asked["deck"], "from_s": (first - 0.5 / size) * size * step, "to_s": math.inf}
-    )
+    rows = plant.within(plant.spheres(folder, scene, asked["deck"]), (first - 0.5 / size) * size * step, math.inf)
     rows = rows.assign(at=[round(t / step) for t in rows["out"]])
     rows = rows[rows["at"] > first * size]
     diameters = sorted(rows["d"].unique())

@@ -1,7 +1,7 @@
 """Partition curve, efficiencies, throughput and moisture of a screen's products, from the logs alone.
 
 In a case the collecting bin at the end contains the unders; in a scene with outlets the products left through them
-between the two times in `screen.json`. The classes are sorted explicitly here, and sizes found by following the
+in the averaging period (period.py). The classes are sorted explicitly here, and sizes found by following the
 curve.
 """
 
@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,17 +19,18 @@ import pandas as pd
 from scipy.special import ndtri, stdtrit
 
 from reference_impl.diagnosis.held import MISSING, Held
-from reference_impl.motion.window import way_of
-from reference_impl.replay import images, io, plans, retired
+from reference_impl.replay import plans, retired
 from reference_impl.replay.arrays import Floats
+from reference_impl.tables import period, screen_series, screen_wall
+from reference_impl.tables.period import BLOCKS, STUDENT
 from reference_impl.tables.recomputed import Bodies, outputs
 
 RESULTS = {1: "results/screen.json", 2: "results/screen_2.json", 3: "results/screen_3.json"}
 """Result file of each deck, from the top."""
 LEVELS = ("overs", "middlings", "lower_middlings")
-MOST_PASSED, BLOCKS = 0.95, 8
-STUDENT = 2.3646242515927844
-"""Two-sided 95 % point of Student's distribution with seven degrees of freedom."""
+MOST_PASSED = 0.95
+SAME = 1e-9
+"""Difference of two times that is round-off [s]."""
 SHARES = (
     "undersize_in_feed", "undersize_recovery", "oversize_recovery", "unders_purity", "overs_purity", "efficiency",
     "efficiency_product", "misplaced",
@@ -36,8 +38,16 @@ SHARES = (
 SOURCE = "the logs"
 
 
-def products(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> pd.DataFrame:
-    """Return the counted spheres: id, diameter [mm], mass [kg], product, time of leaving and of entering [s], liquid [m3]."""
+def within(every: pd.DataFrame, after: float, until: float, batch: bool = False) -> pd.DataFrame:
+    """Return the spheres of both products that left between two times [s]; of a batch all."""
+    table = every[every["product"].notna()]
+    if not batch:
+        table = table[(table["out"] > after + SAME) & (table["out"] <= until + SAME)]
+    return table.reset_index(drop=True)
+
+
+def spheres(folder: Path, scene: Mapping[str, Any], deck: int) -> pd.DataFrame:
+    """Return all spheres: id, diameter [mm], mass [kg], product, time of leaving and of entering [s], liquid [m3]."""
     of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
     diameter = {c["type"]: 2e3 * c["radius_m"] for c in scene["classes"]}
     table = pd.DataFrame(
@@ -45,9 +55,9 @@ def products(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -
     )
     if not scene.get("outlets"):
         return _of_batch(folder, scene, of, table)
-    above = LEVELS[: given.get("deck", 1) - 1]
+    above = LEVELS[: deck - 1]
     names = {
-        k: (o["product"] == LEVELS[given.get("deck", 1) - 1] and "overs") or "unders"
+        k: (o["product"] == LEVELS[deck - 1] and "overs") or "unders"
         for k, o in enumerate(scene["outlets"], start=1)
         if o.get("product") and o["product"] not in above
     }
@@ -55,10 +65,8 @@ def products(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -
     gone = retired.table(folder)
     gone = gone.assign(out=gone["step"] * scene["time_step_s"], product=gone["outlet"].map(names), m3=gone["film"])
     table = table.merge(gone[["id", "out", "product", "m3"]], on="id", how="left")
-    if not any(c.get("insertion") for c in scene["classes"]):
-        return _of_outlets(folder, scene, of, table)
-    table = table[table["product"].notna()]
-    return table[(table["out"] > given["from_s"]) & (table["out"] <= given["to_s"])].reset_index(drop=True)
+    continuous = any(c.get("insertion") for c in scene["classes"])
+    return table if continuous else _of_outlets(folder, scene, of, table)
 
 
 def _of_outlets(folder: Path, scene: Mapping[str, Any], of: Bodies, table: pd.DataFrame) -> pd.DataFrame:
@@ -68,7 +76,7 @@ def _of_outlets(folder: Path, scene: Mapping[str, Any], of: Bodies, table: pd.Da
         stays = table["out"].isna()
         table.loc[stays, "product"] = "overs"
         table.loc[stays, "m3"] = last.on[stays]
-    return table[table["product"].notna()].reset_index(drop=True)
+    return table
 
 
 def _of_batch(folder: Path, scene: Mapping[str, Any], of: Bodies, table: pd.DataFrame) -> pd.DataFrame:
@@ -284,81 +292,15 @@ def of_batch(rows: pd.DataFrame, given: Mapping[str, Any]) -> float | None:
     return 0.0
 
 
-def in_blocks(values: Sequence[float]) -> tuple[float | None, float | None]:
-    """Return the mean of the last values in eight blocks of equal length, and half its 95 % interval; for fewer only the mean."""
-    if len(values) < BLOCKS:
-        return (math.fsum(values) / len(values) if values else None), None
-    size = len(values) // BLOCKS
-    last = np.array(values[len(values) - BLOCKS * size :], float).reshape(BLOCKS, size)
-    means = [math.fsum(row) / size for row in last.tolist()]
-    mean = math.fsum(means) / BLOCKS
-    return mean, STUDENT * math.sqrt(math.fsum((m - mean) ** 2 for m in means) / (BLOCKS - 1) / BLOCKS)
-
-
-def summed(amplitude: float, rate: float, phase: float, step: float, total: int) -> Floats:
-    """Return the displacement of a vibration after 0 to `total` steps, summed like the engine's mesh motion.
-
-    Time is a sum of steps, a position one of velocity times step, some tenths of a µm from the sine.
-    """
-    at = np.cumsum(np.full(total, step))
-    return np.concatenate([np.zeros(1), np.cumsum(amplitude * rate * np.cos(rate * at + phase) * step)])
-
-
-def pegged(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, float | None]:
-    """Count the spheres that peg the screen, averaged over the outputs.
-
-    A sphere does so if at this output and the one before or after it its centre is within its radius of the screen's plane and it
-    moves with the screen, relative to which it moves by less than a quarter of its radius in between. It moves with a vibrating
-    screen if it is slower relative to it than half of 2 pi f times the root of the sum of squared amplitudes.
-    """
-    number = given.get("deck", 1)
-    names = [name + (f"_{number}" if number > 1 else "") for name in ("wires", "screen", "deck")]
-    wall = next((w for w in scene["walls"] if w["name"] in names), None)
-    if wall is None:
-        return {}
-    plane = float(scene.get("screen_z_m", 0.0))
-    if wall["name"] != "wires":
-        table = io.every(folder / "history" / "triangles.parquet")
-        z = table.loc[table["mesh"] == wall["name"], ["v0_z", "v1_z", "v2_z"]].to_numpy(float)
-        plane = (float(z.min()) + float(z.max())) / 2.0
-    way = way_of(dict(scene), dict(wall)) if wall["motion"] == "vibrates" else {}
-    a, phase = (np.array(way.get(key, [0.0] * 3), float) for key in ("amplitude_m", "phase_rad"))
-    rate = 2.0 * math.pi * way.get("frequency_Hz", 0.0)
-    of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
-    radius = np.array([c["radius_m"] for c in scene["classes"]])[of.kind - 1]
-    step, total = scene["time_step_s"], plans.plan(folder).steps
-    displaced = np.stack([summed(float(a[k]), rate, float(phase[k]), step, total) for k in range(3)], axis=1)
-    limit = 0.5 * rate * math.sqrt(float((a**2).sum())) if way else math.inf
-    box, counts = images.of(folder), []
-    last, there, stayed, counted = np.zeros((len(of.ids), 3)), *(np.zeros(len(of.ids), bool) for _ in range(3))
-    inside = False
-    for o in outputs(folder, scene, of, ["x", "y", "z", "vx", "vy", "vz"]):
-        time = o.step * step
-        place, now = np.zeros((len(of.ids), 3)), np.zeros(len(of.ids), bool)
-        place[o.at] = o.places.rows(["x", "y", "z"]) - displaced[o.step]
-        v = o.places.rows(["vx", "vy", "vz"]) - a * rate * np.cos(rate * time + phase)
-        now[o.at] = (np.abs(place[o.at, 2] - plane) < radius[o.at]) & (np.sqrt((v**2).sum(axis=1)) <= limit)
-        stays = there & now & (np.sqrt((box.nearest(place - last) ** 2).sum(axis=1)) < 0.25 * radius)
-        if inside:
-            counts.append(float(((stayed | stays) & counted).sum()))
-        inside = given["from_s"] <= time <= given["to_s"]
-        last, there, stayed, counted = place, now, stays, ~o.waits
-    if inside:
-        counts.append(float((stayed & counted).sum()))
-    mean, half = in_blocks(counts)
-    share = None if mean is None else mean / given["apertures"]
-    wide = None if half is None else half / given["apertures"]
-    return {"pegged": mean, "pegged_half_width": half, "pegged_share": share, "pegged_share_half_width": wide}
-
-
-def throughput(rows: pd.DataFrame, given: Mapping[str, Any], every: float) -> dict[str, float | None]:
+def throughput(
+    rows: pd.DataFrame, given: Mapping[str, Any], every: float, area: float | None
+) -> dict[str, float | None]:
     """Return throughputs with their intervals, and over the screen's area if there is one."""
     if given["kind"] == "batch":
         found: dict[str, tuple[float | None, float | None]] = {"unders": (of_batch(rows, given), None)}
     else:
         parts = {p: rows[rows["product"] == p] for p in ("overs", "unders")}
         found = {name: rates(part, given, every) for name, part in (*parts.items(), ("all", rows))}
-    area = given["screen_area_m2"]
     result: dict[str, float | None] = {}
     for name, (mean, half) in found.items():
         result[f"throughput_t_per_h.{name}"] = mean
@@ -375,10 +317,52 @@ def feed_moisture(folder: Path, scene: Mapping[str, Any]) -> float | None:
     return 100.0 * of.density * math.fsum(of.film[came]) / mass if mass else None
 
 
-def held(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> Iterator[Held]:
+def reference(folder: Path, sizes: list[tuple[float, float, float]], given: Mapping[str, Any]) -> float | None:
+    """Return the size [mm] that separates undersize from oversize: the option, the aperture, or else d50."""
+    if (size := (given.get("options") or {}).get("aperture")) is not None:
+        return float(size)
+    size = screen_wall.aperture(folder, given.get("deck", 1))
+    return size_of(sizes, 0.5) if size is None else size
+
+
+@dataclass(frozen=True)
+class Deck:
+    """Result of a deck, with all spheres, the averaging period (kind, from_s, to_s, steady) and the series."""
+
+    given: Mapping[str, Any]
+    spheres: pd.DataFrame
+    period: Mapping[str, Any]
+    start: Held
+    series: pd.DataFrame
+
+    @classmethod
+    def read(cls, folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> Deck:
+        """Read a deck of a run; of `given`, screen.json, only the number and the options are taken as they are."""
+        deck = given.get("deck", 1)
+        every = spheres(folder, scene, deck)
+        of_period, starts = period.of(scene, every, given.get("options") or {})
+        start = Held(f"{RESULTS[deck]}: from_s", given.get("from_s", MISSING), starts, SOURCE)
+        of_period["from_s"] = starts[0] if start.wrong else given["from_s"]
+        return cls(given, every, of_period, start, screen_series.table(folder, scene, every, deck))
+
+    @property
+    def counted(self) -> pd.DataFrame:
+        """Return the spheres of both products that count."""
+        p = self.period
+        return within(self.spheres, p["from_s"], p["to_s"], p["kind"] == "batch")
+
+
+def held(folder: Path, scene: Mapping[str, Any], of: Deck) -> Iterator[Held]:
     """Compare every number with that of screen.json."""
-    rows = products(folder, scene, given)
-    mine = {**numbers(rows, scene, given), "feed_moisture_percent": feed_moisture(folder, scene)}
+    deck, rows = of.given.get("deck", 1), of.counted
+    size = reference(folder, curve(rows), of.given)
+    mine: dict[str, Any] = {"run": scene["name"], "reference_mm": size}
+    mine |= {key: value for key, value in of.period.items() if key != "from_s"}
+    mine |= numbers(rows, scene, {**of.period, "reference_mm": size})
+    mine["feed_moisture_percent"] = feed_moisture(folder, scene)
+    wall = screen_wall.of(scene, deck)
+    mine["screen"] = wall["name"] if wall else None
+    mine["screen_area_m2"] = screen_wall.area(folder, wall) if wall else None
     planned = plans.plan(folder)
     outputs_s = float(planned.outputs[1] - planned.outputs[0]) * scene["time_step_s"]
     rule = (
@@ -386,11 +370,27 @@ def held(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> It
         if scene.get("outlets")
         else outputs_s
     )
-    mine |= throughput(rows, given, rule)
-    if given["screen"] is not None:
-        mine |= pegged(folder, scene, given)
+    mine |= throughput(rows, of.period, rule, mine["screen_area_m2"])
+    if wall:
+        mine["apertures"] = screen_wall.count(folder, scene, wall, deck)
+        mine |= screen_series.on_screen(of.series, of.period, mine["apertures"])
+    yield of.start
     for path, value in mine.items():
-        there: Any = given
+        there: Any = of.given
         for key in path.split("."):
             there = there.get(key, MISSING) if isinstance(there, Mapping) else MISSING
-        yield Held(f"{RESULTS[given.get('deck', 1)]}: {path}", there, value, SOURCE)
+        scale = (float(of.spheres["start_m3"].sum()) or 1.0) if path == "screen_liquid_m3" else None
+        yield Held(f"{RESULTS[deck]}: {path}", there, value, SOURCE, scale)
+
+
+def partition(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the partition curve from the finest size: masses [kg], T and its interval, the widest of classes of equal size."""
+    found = []
+    for d, over, under in curve(rows):
+        of = rows[rows["d"] == d]
+        ends = [score_interval(int((k["product"] == "overs").sum()), len(k)) for _, k in of.groupby("type")]
+        low, high = min(e[0] for e in ends), max(e[1] for e in ends)
+        found.append((d, over + under, over, under, over / (over + under), low, high))
+    return pd.DataFrame(
+        found, columns=["diameter_mm", "feed_kg", "overs_kg", "unders_kg", "T", "T_low", "T_high"], dtype=float
+    )

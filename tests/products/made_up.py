@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,6 +13,8 @@ from pywet.cases.small import bodies
 from pywet.scene import Effects, EngineScene, Insertion, Outlet, Output, SphereClass
 from pywet.schema import TABLES
 from pywet.util.files import write_json, write_table
+from reference_impl.replay import io
+from reference_impl.tables import plant
 
 SIZES_MM = (1.0, 2.0, 3.0, 4.0)
 OVERS = (0, 10, 30, 40)
@@ -66,3 +69,9 @@ def make(run_dir: Path, overs: tuple[int, ...] = OVERS, steps: int = 2000) -> Pa
     ]  # fmt: skip
     write_table(pd.DataFrame(places, columns=[*TABLES["trajectory"]]), run_dir / "trajectory.parquet")
     return run_dir
+
+
+def disagrees(run_dir: Path, given: dict[str, Any]) -> list[str]:
+    """Names of the numbers of a deck with which the reference disagrees."""
+    of = io.scene(run_dir)
+    return [h.name for h in plant.held(run_dir, of, plant.Deck.read(run_dir, of, given)) if h.wrong]

@@ -13,7 +13,7 @@ from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene, Vibration
 from pywet.util.files import write_json, write_table
 from reference_impl.replay import io
-from reference_impl.tables import plant
+from reference_impl.tables import plant, screen_series
 from tests.cases.screening import synthetic
 
 SHAKEN = Vibration(amplitude_m=(4e-4, 0.0, 9e-4), phase_rad=(0.2, 0.0, 0.0), frequency_Hz=50.0)
@@ -59,9 +59,10 @@ def test_a_sphere_pegs_while_it_stays(tmp_path: Path, at: list[float], share: fl
     found = pegged(run, wall)
     assert found[:, 0].tolist() == pegs
     times = run.timeline.times
+    of = plant.Deck.read(folder, io.scene(folder), {})
     for first in range(len(times)):
-        given = {"from_s": times[first], "to_s": times[-1], "apertures": 4}
-        assert plant.pegged(folder, io.scene(folder), given)["pegged"] == found[first:].sum(axis=1).mean()
+        given = {"from_s": times[first], "to_s": times[-1]}
+        assert screen_series.on_screen(of.series, given, 4)["pegged"] == found[first:].sum(axis=1).mean()
 
 
 def test_on_a_screen_at_rest_those_that_stay_peg(tmp_path: Path) -> None:

@@ -311,6 +311,8 @@ SCENE: dict[str, Injected] = {
 
 Y, L = "fraction_retained", "liquid_by_holder"
 OF_Y, OF_L, SUMMARY, CHECKS = f"results_{Y}", f"results_{L}", "results_summary", "results_checks"
+SCREEN, SERIES = "results/screen.json", "screen_series"
+OF_SCREEN, OF_PARTITION, OF_SERIES = "results_screen", "results_partition", f"results_{SERIES}"
 
 
 def _one(rows: pd.DataFrame) -> Any:
@@ -391,6 +393,36 @@ RESULTS: dict[str, Injected] = {
     "summary: spheres that came back": Injected(put("spheres_that_came_back_from_the_bin", 7, "summary.json"), SUMMARY,
         "came_back_from_the_bin is 7"),
     "summary: speed": Injected(times("particle_steps_per_s", 1.001, "summary.json"), SUMMARY, "particle_steps_per_s"),
+    "screen: area 1 % off": Injected(both(times("screen_area_m2", 1.01, SCREEN),
+        times("throughput_t_per_h_m2.unders", 1 / 1.01, SCREEN)), OF_SCREEN, "screen_area_m2 is 0.00294516015"),
+    "screen: wires counted for gaps": Injected(both(put("apertures", 36, SCREEN), times("pegged_share", 25 / 36, SCREEN),
+        times("pegged_share_half_width", 25 / 36, SCREEN)), OF_SCREEN, "apertures is 36, expected 25"),
+    "screen: none": Injected(put("screen", None, SCREEN), OF_SCREEN, "screen is none, expected wires"),
+    "screen: aperture in m": Injected(times("reference_mm", 1e-3, SCREEN), OF_SCREEN, "reference_mm is 0.008, expected 8"),
+    "screen: means from the start": Injected(put("from_s", 0.0, SCREEN), OF_SCREEN, "from_s is 0, expected 0.2"),
+    "screen: feed moisture of the moist mass": Injected(times("feed_moisture_percent", 1 / 1.05, SCREEN), OF_SCREEN,
+        "feed_moisture_percent"),
+    "partition: T of the unders": Injected(column("partition", "T", lambda t: 1.0 - t["T"]), OF_PARTITION,
+        "results/partition.parquet: T at size"),
+    "partition: ends of the interval exchanged": Injected(columns_exchanged("partition", "T_low", "T_high"), OF_PARTITION,
+        "it holds what T_high should hold"),
+    "partition: feed in g": Injected(column("partition", "feed_kg", lambda t: 1e3 * t["feed_kg"]), OF_PARTITION,
+        "thousandths of the unit"),
+    "partition: coarsest size missing": Injected(table("results/partition", lambda t: t.iloc[:-1], csv=True), OF_PARTITION,
+        "row of size 3 is missing, expected there"),
+    "grade efficiency: size in mm": Injected(
+        text("results/grade_efficiency.csv", r"^0.00", lambda _: ""), "results_grade_efficiency", "x_m at size 1"),
+    "flowsheet: a reason changed": Injected(
+        text("results/flowsheet.csv", r"(\d) are needed", lambda m: f"{int(m[1]) + 1} are needed"), "results_flowsheet",
+        "Plitt"),
+    "series: products exchanged": Injected(columns_exchanged(SERIES, "overs_kg", "unders_kg"), OF_SERIES,
+        "it holds what overs_kg should hold"),
+    "series: hold-up an output late": Injected(
+        column(SERIES, "hold_up_kg", lambda t: t["hold_up_kg"].shift(1, fill_value=0.0)), OF_SERIES, "it is 1 output late"),
+    "series: a sphere more pegs": Injected(column(SERIES, "pegged_1", lambda t: t["pegged_1"] + 1), OF_SERIES,
+        "it is shifted by 1"),
+    "series: liquid on the screen in mm3": Injected(
+        column(SERIES, "screen_liquid_m3", lambda t: 1e9 * t["screen_liquid_m3"]), OF_SERIES, "mm3 for m3"),
 }  # fmt: skip
 
 W, C = "liquid_by_wall", "contact_statistics"

@@ -202,7 +202,18 @@ def test_results_added_up_by_hand_agree(tmp_path: Path, moist: bool) -> None:
     # in the synthetic event log more bridges form than are active
     assert wrong <= {"summary.json: events.standing_bridges"}
     assert {q.name for q in found.quantities} == {
-        f"results_{n}" for n in ("fraction_retained", "liquid_by_holder", "checks", "summary", "screen")
+        f"results_{n}"
+        for n in (
+            "fraction_retained",
+            "liquid_by_holder",
+            "checks",
+            "summary",
+            "screen",
+            "screen_series",
+            "partition",
+            "grade_efficiency",
+            "flowsheet",
+        )
     }
 
 

@@ -1,0 +1,125 @@
+"""Time series of a screen: hold-up, products, their liquid, liquid on the screen and pegged spheres of each class.
+
+One pass over the outputs of a run; the means in screen.json are taken over its rows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.motion.window import way_of
+from reference_impl.replay import images, plans
+from reference_impl.replay.arrays import Floats
+from reference_impl.tables import period, screen_wall
+from reference_impl.tables.period import BLOCKS, STUDENT
+from reference_impl.tables.recomputed import Bodies, Output, outputs
+
+MOTION = ["x", "y", "z", "vx", "vy", "vz"]
+
+
+def table(folder: Path, scene: Mapping[str, Any], every: pd.DataFrame, deck: int) -> pd.DataFrame:
+    """Return the series of a deck, from all spheres (plant.spheres) and the outputs of a run, read once."""
+    step, steps = scene["time_step_s"], plans.plan(folder).outputs
+    columns: dict[str, Any] = {"step": steps.astype(float), "time_s": steps * step}
+    columns["hold_up_kg"] = period.inside(every, steps, step)
+    gone = period.in_steps(every["out"], step)
+    for product in ("overs", "unders"):
+        left = (every["product"] == product).to_numpy() & (gone <= steps[:, None])
+        for name, of in (("kg", "kg"), ("liquid_m3", "m3")):
+            amount = every[of].fillna(0.0).to_numpy(float)
+            columns[f"{product}_{name}"] = [math.fsum(amount[row]) for row in left]
+    wall = screen_wall.of(scene, deck)
+    return pd.DataFrame(columns | (_of_wall(folder, scene, wall) if wall is not None else {}))
+
+
+def _of_wall(folder: Path, scene: Mapping[str, Any], wall: dict[str, Any]) -> dict[str, list[float]]:
+    """Return the liquid on the screen [m3] and the pegged spheres of each class at every output.
+
+    A sphere pegs if it is caught at this output and at the one before or after it, and has hardly moved along the screen.
+    """
+    of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
+    caught = _Caught(folder, scene, wall, of)
+    liquid: list[float] = []
+    pegs: list[Floats] = []
+    counted: list[Floats] = []
+    box = images.of(folder)
+    last, there = np.zeros((len(of.ids), 3)), np.zeros(len(of.ids), bool)
+    for o in outputs(folder, scene, of, MOTION):
+        place, now = caught.at(o)
+        stays = there & now & (np.sqrt((box.nearest(place - last) ** 2).sum(axis=1)) < 0.25 * caught.radius)
+        if pegs:
+            pegs[-1] = pegs[-1] | stays
+        pegs.append(stays)
+        counted.append(~o.waits)
+        liquid.append(float(o.walls[of.walls.index(wall["name"])]))
+        last, there = place, now
+    both = [row & inside for row, inside in zip(pegs, counted, strict=True)]
+    kinds = {f"pegged_{c['type']}": of.kind == c["type"] for c in scene["classes"]}
+    return {"screen_liquid_m3": liquid} | {k: [float((row & rows).sum()) for row in both] for k, rows in kinds.items()}
+
+
+class _Caught:
+    """Spheres in the plane of a screen that move with it.
+
+    The centre is within a radius of the plane; with a vibrating screen the speed relative to it is at most half of 2 pi f times
+    the root of the sum of squared amplitudes.
+    """
+
+    def __init__(self, folder: Path, scene: Mapping[str, Any], wall: dict[str, Any], of: Bodies) -> None:
+        way = way_of(dict(scene), wall) if wall["motion"] == "vibrates" else {}
+        self._a, self._phase = (np.array(way.get(key, [0.0] * 3), float) for key in ("amplitude_m", "phase_rad"))
+        self._rate, self._step = 2.0 * math.pi * way.get("frequency_Hz", 0.0), scene["time_step_s"]
+        total = plans.plan(folder).steps
+        parts = [
+            summed(float(a), self._rate, float(p), self._step, total) for a, p in zip(self._a, self._phase, strict=True)
+        ]
+        self._displaced = np.stack(parts, axis=1)
+        self._limit = 0.5 * self._rate * math.sqrt(float((self._a**2).sum())) if way else math.inf
+        self._plane = screen_wall.plane(folder, scene, wall)
+        self.radius = np.array([c["radius_m"] for c in scene["classes"]])[of.kind - 1]
+
+    def at(self, o: Output) -> tuple[Floats, Floats]:
+        """Return places relative to the screen, and which spheres are caught."""
+        place, now = np.zeros((len(self.radius), 3)), np.zeros(len(self.radius), bool)
+        place[o.at] = o.places.rows(["x", "y", "z"]) - self._displaced[o.step]
+        swing = np.cos(self._rate * (o.step * self._step) + self._phase)
+        v = o.places.rows(["vx", "vy", "vz"]) - self._a * self._rate * swing
+        near = np.abs(place[o.at, 2] - self._plane) < self.radius[o.at]
+        now[o.at] = near & (np.sqrt((v**2).sum(axis=1)) <= self._limit)
+        return place, now
+
+
+def on_screen(table: pd.DataFrame, given: Mapping[str, Any], apertures: int) -> dict[str, float | None]:
+    """Return the means over the averaging period of pegged spheres, their share of the apertures, and liquid on the screen."""
+    rows = table[(table["time_s"] >= given["from_s"]) & (table["time_s"] <= given["to_s"])]
+    pegs = rows[[c for c in rows if str(c).startswith("pegged_")]].sum(axis=1)
+    mean, half = in_blocks(pegs.tolist())
+    share, wide = (None if value is None else value / apertures for value in (mean, half))
+    found = {"pegged": mean, "pegged_half_width": half, "pegged_share": share, "pegged_share_half_width": wide}
+    return {**found, "screen_liquid_m3": in_blocks(rows["screen_liquid_m3"].tolist())[0]}
+
+
+def in_blocks(values: Sequence[float]) -> tuple[float | None, float | None]:
+    """Return the mean of the last values in eight blocks of equal length, and half its 95 % interval; for fewer only the mean."""
+    if len(values) < BLOCKS:
+        return (math.fsum(values) / len(values) if values else None), None
+    size = len(values) // BLOCKS
+    last = np.array(values[len(values) - BLOCKS * size :], float).reshape(BLOCKS, size)
+    means = [math.fsum(row) / size for row in last.tolist()]
+    mean = math.fsum(means) / BLOCKS
+    return mean, STUDENT * math.sqrt(math.fsum((m - mean) ** 2 for m in means) / (BLOCKS - 1) / BLOCKS)
+
+
+def summed(amplitude: float, rate: float, phase: float, step: float, total: int) -> Floats:
+    """Return the displacement of a vibration after 0 to `total` steps, summed like the engine's mesh motion.
+
+    Time is a sum of steps, a position one of velocity times step, some tenths of a µm from the sine.
+    """
+    at = np.cumsum(np.full(total, step))
+    return np.concatenate([np.zeros(1), np.cumsum(amplitude * rate * np.cos(rate * at + phase) * step)])
