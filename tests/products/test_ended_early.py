@@ -53,7 +53,10 @@ def objections(folder: Path) -> list[str]:
     scene, given = io.scene(folder), json.loads((folder / "summary.json").read_text())
     mine = any_scene.tables(folder, scene)
     screen = json.loads((folder / "results" / "screen.json").read_text())
-    rows = [*summary.held(given, mine, scene, folder), *plant.held(folder, scene, screen)]
+    rows = [
+        *summary.held(given, mine, scene, folder),
+        *plant.held(folder, scene, plant.Deck.read(folder, scene, screen)),
+    ]
     return [h.name for h in rows if h.wrong]
 
 
