@@ -140,6 +140,11 @@ def columns_of_one_rank(table: pd.DataFrame) -> pd.DataFrame:
     return table[table["xi_x"] < 0.015].reset_index(drop=True)
 
 
+def moving(table: pd.DataFrame) -> pd.Series:
+    """Rows after the start: that with other velocities at the start is refused."""
+    return table["step"] > 0
+
+
 def turned(names: Sequence[str]) -> Change:
     """The other sign."""
     return scaled(names, -1.0)
@@ -178,10 +183,10 @@ FAULTS: dict[str, Injected] = {
         "trajectory", moved(["time"], 2e-5), "time", "it is 2e-05 s late (1 steps)"
     ),
     "trajectory: speeds along x and z exchanged": Injected(
-        "trajectory", exchanged("vx", "vz"), "trajectory_velocity", "components x and z are exchanged"
+        "trajectory", exchanged("vx", "vz", moving), "trajectory_velocity", "components x and z are exchanged"
     ),
     "trajectory: spins turned": Injected(
-        "trajectory", turned(["wx", "wy", "wz"]), "trajectory_velocity", "the sign is turned"
+        "trajectory", scaled(["wx", "wy", "wz"], -1.0, moving), "trajectory_velocity", "the sign is turned"
     ),
     "ledger: time in milliseconds": Injected("ledger", scaled(["time"], 1e3), "time", "it is 1000 times too large"),
     "ledger: formations and ruptures exchanged": Injected(
