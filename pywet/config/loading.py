@@ -119,7 +119,7 @@ class Config:
                 expected=tuple(PRESETS),
             )
         chosen = LawSettings.model_validate({"preset": name})
-        return replace(self, settings=self.settings.model_copy(update={"laws": chosen}))
+        return replace(self, settings=self.settings.with_laws(chosen))
 
     def with_seed(self, seed: int) -> Config:
         """Return a copy of the configuration with another seed of the spheres' initial arrangement."""

@@ -6,6 +6,7 @@ docs/readings.md quotes each passage and describes the effect of a reading.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Literal
 
 from pywet.laws.kinds import PRESETS
@@ -27,6 +28,8 @@ PARABOLA = {
     "at_fifth": "parabola_walls_at_fifth",
     "at_tenth": "parabola_walls_at_tenth",
 }
+OF_LAW = {"capillary": ("capillary_spheres", "capillary_walls"), "transfer": ("wall_transfer",)}
+"""Kind of law -> readings that apply to the law of the preset `paper`."""
 
 
 class Readings(Strict):
@@ -64,6 +67,11 @@ class Readings(Strict):
             "transfer": PARABOLA[self.wall_transfer],
         }
         return {kind: law for kind, law in read.items() if law != PRESETS["paper"][kind]}
+
+    def without(self, kinds: Iterable[str]) -> Readings:
+        """Return a copy in which the readings that apply to these kinds of law have their defaults."""
+        left = {key for kind in kinds for key in OF_LAW[kind]}
+        return Readings.model_validate(self.model_dump(exclude=left))
 
     @property
     def stroke_share(self) -> float:

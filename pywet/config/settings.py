@@ -125,7 +125,7 @@ class Settings(Limited):
 
     @model_validator(mode="after")
     def _readings_of_its_laws(self) -> Settings:
-        for kind in self.readings.laws.keys() - self._read.keys():
+        for kind in self._not_read:
             raise ValueError(
                 f"the default readings of the {kind} law: these readings apply to {PRESETS['paper'][kind]}, but the law "
                 f"is {self._used[kind]}"
@@ -141,6 +141,17 @@ class Settings(Limited):
     def _read(self) -> dict[str, str]:
         """Return the laws selected by the readings."""
         return {kind: law for kind, law in self.readings.laws.items() if self._used[kind] == PRESETS["paper"][kind]}
+
+    @property
+    def _not_read(self) -> set[str]:
+        """Return the kinds of law whose readings do not apply to the law used."""
+        return self.readings.laws.keys() - self._read.keys()
+
+    def with_laws(self, laws: LawSettings) -> Settings:
+        """Return a copy with other laws, and without the readings and reference implementations that do not apply to them."""
+        seconds = {kind: f for kind, f in laws.reference.items() if custom_laws.is_custom(getattr(laws, kind) or "")}
+        made = self.model_copy(update={"laws": laws.model_copy(update={"reference": seconds})})
+        return made.model_copy(update={"readings": self.readings.without(made._not_read)})
 
     @property
     def laws_as_read(self) -> LawSettings:

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
+from ruamel.yaml.constructor import RoundTripConstructor
+from ruamel.yaml.tag import Tag
 
 from pywet import config as settings
 from pywet.config import Config
+from pywet.config.settings import Settings
 from pywet.errors import PywetError
+from pywet.laws.custom_laws import is_custom
 from pywet.util.files import atomic_write
 
 Level = float | int | str
@@ -45,6 +50,9 @@ CONFIGURABLE = {
     ),
 }
 """Settings that a choice changes; contact log and ranks affect only the cost and are left to the user."""
+
+MERGE, TEXT = "tag:yaml.org,2002:merge", "tag:yaml.org,2002:str"
+"""Tags of YAML: of the key `<<`, and of a text."""
 
 
 def law_names(level: str) -> dict[str, str | None]:
@@ -85,7 +93,7 @@ def with_entries(config: Config, values: Mapping[str, Any]) -> Config:
         file, _, path = place.partition(".yaml: ")
         part = "settings" if file == "config" else file
         config = replace(config, **{part: put(getattr(config, part), path, value)})
-    return config
+    return replace(config, settings=config.settings.with_laws(config.settings.laws))
 
 
 def put(part: Any, path: str, value: Any) -> Any:
@@ -107,12 +115,40 @@ def new_folder(target: Path) -> None:
 
 
 def write(source: Path, target: Path, scale: str, levels: Levels) -> None:
-    """Copy a configuration folder with the levels applied."""
+    """Copy a configuration folder with the levels applied; the files of its laws are used where they are."""
     new_folder(target)
+    before = settings.load(source)
+    after = changed(before, scale, levels)
     target.mkdir(parents=True, exist_ok=True)
     for name in settings.FILES:
         shutil.copyfile(source / name, target / name)
-    put_into(target, entries(scale, levels))
+    put_into(target, {**entries(scale, levels), **_of_laws(before.settings, after.settings)})
+
+
+def _of_laws(before: Settings, after: Settings) -> dict[str, Any]:
+    """Return the entries of the user's laws by absolute paths, and of what applied to laws that were replaced."""
+    laws = after.laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
+    changes = {f"laws {kind}": law for kind, law in laws.items() if is_custom(law)}
+    if before.laws.reference:
+        changes["laws reference"] = dict(after.laws.reference)
+    changes |= {f"readings {key}": value for key, value in after.readings if value != getattr(before.readings, key)}
+    return {f"config.yaml: {path}": value for path, value in changes.items()}
+
+
+class _WithWords(RoundTripConstructor):
+    """Constructor that reads keys as text, as `load` does."""
+
+    def construct_mapping(self, node: Any, *more: Any, **how: Any) -> Any:
+        for key, _ in node.value:
+            if key.tag != MERGE:
+                key.ctag = Tag(suffix=TEXT)
+        return super().construct_mapping(node, *more, **how)
+
+
+def _own(group: Any, key: str | int) -> Any:
+    """Return a part of a group that no other group shares by an alias; a new one if there is none."""
+    group[key] = copy(group[key]) if isinstance(group, list) or key in group else {}
+    return group[key]
 
 
 def put_into(folder: Path, values: Mapping[str, Any]) -> None:
@@ -121,6 +157,7 @@ def put_into(folder: Path, values: Mapping[str, Any]) -> None:
     An entry is named by its file and its key, `config.yaml: time_step fraction value`; None removes it.
     """
     yaml = YAML()
+    yaml.Constructor = _WithWords
     yaml.preserve_quotes, yaml.width = True, 10_000
     for file in dict.fromkeys(place.partition(": ")[0] for place in values):
         content = yaml.load(folder / file)
@@ -130,7 +167,7 @@ def put_into(folder: Path, values: Mapping[str, Any]) -> None:
                 continue
             entry, (*above, last) = content, path.split()
             for key in above:
-                entry = entry[int(key)] if isinstance(entry, list) else entry.setdefault(key, {})
+                entry = _own(entry, int(key) if isinstance(entry, list) else key)
             entry.pop(last, None) if value is None else entry.update({last: value})
         with atomic_write(folder / file) as temporary:
             yaml.dump(content, temporary)

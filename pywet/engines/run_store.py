@@ -77,18 +77,22 @@ class RunStore:
     @property
     def is_begun(self) -> bool:
         """Whether `engine.partial` holds a run with this fingerprint; it may come to."""
+        path = self.partial / FINGERPRINT
         try:
-            return bool(read_json(self.partial / FINGERPRINT, "") == {"fingerprint": self.digest})
-        except PywetError:
+            return bool(read_json(path, logs.UNREAD) == {"fingerprint": self.digest})
+        except PywetError as error:
+            logs.refuse_unread(path, error)
             return False
 
     @cached_property
     def _index(self) -> dict[str, Any]:
         """Content of tables.json; empty unless the finished run has this fingerprint."""
+        path = self.engine / INDEX
         try:
-            index = read_json(self.engine / INDEX, "")
+            index = read_json(path, logs.UNREAD)
             return dict(index) if index["fingerprint"] == self.digest else {}
-        except (PywetError, KeyError, TypeError):
+        except (PywetError, KeyError, TypeError) as error:
+            logs.refuse_unread(path, error)
             return {}
 
     def account(self) -> dict[str, Any] | None:
@@ -106,7 +110,8 @@ class RunStore:
         try:
             end = logs.read_signed(self.partial / FINISHED)
             account, sums = dict(end["account"]), logs.sums_of(end["logs"])
-        except (PywetError, AttributeError, KeyError, TypeError, ValueError):
+        except (PywetError, AttributeError, KeyError, TypeError, ValueError) as error:
+            logs.refuse_unread(self.partial / FINISHED, error)
             return None, f"its end ({FINISHED} is damaged)"
         broken = logs.damage(self.partial, sums)
         return (None, f"its end ({broken})") if broken else (account, None)

@@ -78,11 +78,22 @@ class ForceLaw:
             ) from None  # fmt: skip
 
     def _value(self, *arguments: Any) -> Any:
+        self._refuse_nan(arguments)
         if self.tabulated:
             self.tables(dict(zip(self.arguments, arguments, strict=True)))
         with np.errstate(all="ignore"):  # both sides of a branch may be evaluated; `check` examines the value
             value = self._ufunc(*arguments)
         return float(value) if np.ndim(value) == 0 else value
+
+    def _refuse_nan(self, arguments: tuple[Any, ...]) -> None:
+        """Refuse an argument that is no number: in its comparisons a law would take one branch or the other."""
+        for name, value in zip(self.arguments, arguments, strict=True):
+            if value != value if isinstance(value, float) else np.isnan(value).any():
+                share = f" in {np.isnan(value).sum()} of {np.size(value)} values" if np.ndim(value) else ""
+                raise LawError(
+                    f"law {self.name}: {name} is nan{share}; expected numbers",
+                    law=self.name, code="law.argument_nan", key=name, expected="numbers",
+                )  # fmt: skip
 
     @property
     def address(self) -> int:

@@ -145,6 +145,7 @@ def transfer_table(
     >>> float(transfer_table(2e-3, 2e-3, 0.5, 0.5, SPHERE)[7])
     0.5
     """
+    check_numbers(kind, radius_i, size_j, v_star, stretch)
     if not (0.0 <= theta_i < math.pi / 2 and 0.0 <= theta_j < math.pi / 2):
         raise PywetError(
             f"contact angles of {math.degrees(theta_i):g} and {math.degrees(theta_j):g} deg given to the parabola model; "
@@ -156,6 +157,18 @@ def transfer_table(
     radius_j = radius_i if kind == LARGE_WALL else size_j
     pair = Pair(radius_i, radius_j, theta_i, theta_j, 0.0)
     return _march(pair, v_star, radius_i, math.inf, stretch)
+
+
+def check_numbers(kind: int, radius_i: float, size_j: float, v_star: Floats, stretch: float = 1.0) -> None:
+    """Refuse arguments of a table that are not finite or not positive; V* may be 0, a large wall has no size."""
+    given = {"radius_i": radius_i, "stretch": stretch, **({} if kind == LARGE_WALL else {"size_j": size_j})}
+    wrong = [(name, value) for name, value in given.items() if not 0.0 < value < math.inf]
+    wrong += [("v_star", float(value)) for value in v_star if not 0.0 <= value < math.inf]
+    for name, value in wrong:
+        raise PywetError(
+            f"{name} = {value:g} given to a table of transfer ratios; expected a finite positive number",
+            code="transfer.number", key=name, given=value,
+        )  # fmt: skip
 
 
 def _ordered(radius_i: float, radius_j: float, theta_i: float, theta_j: float, v_star: Floats) -> Floats:

@@ -14,7 +14,7 @@ import numpy as np
 from pywet.errors import PywetError
 from pywet.laws.contact import effective_radius
 from pywet.laws.exact_bridge import rupture
-from pywet.laws.transfer import SMALLEST, V_STAR_GRID, Floats
+from pywet.laws.transfer import SMALLEST, V_STAR_GRID, Floats, check_numbers
 from pywet.schema import LARGE_WALL, SPHERE
 
 
@@ -31,6 +31,7 @@ def exact_table(
     >>> float(exact_table(2e-3, 2e-3, 0.5, 0.5, 0)[7])
     0.5
     """
+    check_numbers(kind, radius_i, size_j, v_star)
     return _exact(radius_i, size_j, theta_i, theta_j, kind, tuple(float(v) for v in v_star)).copy()
 
 

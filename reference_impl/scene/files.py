@@ -54,7 +54,8 @@ def held(texts: Mapping[str, Any], config: Mapping[str, Any]) -> list[Held]:
         parts.append((MATERIALS, "materials", _with_liquid(data[MATERIALS], row.get("liquid"))))
     if SCALES in data:
         parts.append((SCALES, "apparatus", data[SCALES]["apparatus"]))
-        parts.append((SCALES, "scale", data[SCALES]["scales"][config["scale"]["name"]]))
+        scales = {str(name): scale for name, scale in data[SCALES]["scales"].items()}
+        parts.append((SCALES, "scale", scales[config["scale"]["name"]]))
     if CONFIG in data:
         skipped = {*NOT_OF_A_RUN, *texts["set_later"]}
         parts.append((CONFIG, "settings", {k: v for k, v in data[CONFIG].items() if k not in skipped}))

@@ -27,6 +27,16 @@ DYNAMIC = KINDS["dynamic_rupture"].parts[0].arguments
 each_law = pytest.mark.parametrize(("law", "wanted"), BUILT_IN, ids=lambda x: x.name if isinstance(x, ForceLaw) else "")
 
 
+@each_law
+def test_what_is_no_number_is_refused(law: ForceLaw, wanted: tuple[str, ...]) -> None:
+    """In each argument, alone or in an array: some laws took it for 0 or for their limit by their comparisons."""
+    sound = {name: PROBE[name][0] for name in wanted}
+    for name in wanted:
+        for value in (math.nan, np.array([sound[name], math.nan])):
+            with raises_code("law.argument_nan", key=name):
+                law(**{**sound, name: value})
+
+
 @pytest.mark.parametrize(
     ("law", "wanted"),
     [

@@ -1,6 +1,7 @@
 """The parabola model: its equations hold as printed (signs mended), volumes close, tables are bounded and symmetric."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from scipy.integrate import quad
 from pywet.laws import registry
 from pywet.laws.rupture import willett_unequal
 from pywet.laws.transfer import V_STAR_GRID, Bridge, Pair, solve, transfer_table
+from pywet.laws.transfer_exact import exact_table
 from pywet.schema import LARGE_WALL, SMALL_WALL, SPHERE
 from tests.error_codes import raises_code
 
@@ -39,6 +41,20 @@ def solved(
             if bridge is not None:
                 return pair, bridge, volume, gap
     return pair, None, volume, gap
+
+
+@pytest.mark.parametrize("table", [transfer_table, exact_table])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -1.0])
+def test_tables_refuse_what_is_no_size(table: Callable[..., object], value: float) -> None:
+    """Nodes without a number, which took the ratio before them, too; a large wall has no size."""
+    for name, given in (
+        ("radius_i", (value, 1e-3, 0.3, 0.3, SPHERE)),
+        ("size_j", (2e-3, value, 0.3, 0.3, SMALL_WALL)),
+        ("v_star", (2e-3, 1e-3, 0.3, 0.3, SPHERE, np.array([0.1, value]))),
+    ):
+        with raises_code("transfer.number", key=name):
+            table(*given)
+    table(2e-3, value, 0.3, 0.3, LARGE_WALL, np.array([0.0, 0.1]))
 
 
 @pytest.mark.parametrize(("radius_i", "size_j", "theta_i", "theta_j", "kind"), CASES)

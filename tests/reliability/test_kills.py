@@ -5,6 +5,7 @@ A call that is made again ends with the tables of a run that was left alone, wit
 
 from __future__ import annotations
 
+import builtins
 import contextlib
 import errno
 import os
@@ -16,6 +17,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -357,6 +359,71 @@ def test_a_restart_file_that_the_engine_refuses_is_tried_once(cut_off: tuple[Pat
     with raises_code("engine.stopped", says="Did not assign all atoms"):
         driver.run(run_dir, progress=False)
     assert driver.run(run_dir, progress=False).resumed_at_step == older.step
+
+
+def test_an_engine_that_is_killed_as_it_starts_loses_no_checkpoint(cut_off: tuple[Path, Path], tmp_path: Path) -> None:
+    """By SIGKILL, as where memory is short, before it has read its restart file: the next call resumes from the same one."""
+    whole, killed_ = cut_off
+    _, newer = points(killed_)
+    run_dir = shutil.copytree(killed_, tmp_path / "run")
+
+    def launch(
+        command: list[str], at: Path, scene: EngineScene, report: process.Report, watch: Callable[[], None]
+    ) -> object:
+        setup = at / "setup.liggghts"
+        setup.write_text(setup.read_text().replace("read_restart", "shell kill -KILL 0\nread_restart", 1))
+        return process.execute(command, at, scene, report, watch)
+
+    for _ in range(2):
+        with raises_code("engine.stopped", says="ended by signal 9"):
+            driver.run(run_dir, progress=False, launch=launch)
+        found, passed = checkpoint.find(run_dir / "engine.partial")
+        assert found is not None and (found.step, passed) == (newer.step, [])
+    assert driver.run(run_dir, progress=False).resumed_at_step == newer.step
+    assert_same(tables_of(whole), tables_of(run_dir))
+
+
+ENDS = {
+    "ERROR: Did not assign all atoms correctly (../read_restart.cpp:391)": True,
+    "ERROR on proc 1: Invalid flag in header section of restart file (../read_restart.cpp:812)": True,
+    "ERROR on proc 0: Cannot open restart file checkpoint/engine.500 (../read_restart.cpp:75)": False,
+    "ERROR on proc 0: Failed to allocate 6442450944 bytes for array atom:x (../memory.cpp:66)": False,
+    "ERROR: this needs more memory than there is (Unable to allocate 6 GiB); expected a smaller input": False,
+    "ERROR: log.liggghts: No space left on device; expected a path that can be read or written": False,
+    "mpirun noticed that process rank 1 with PID 7 on node read_restart.cpp:3 exited on signal 9 (Killed).": False,
+    "": False,
+}
+"""The engine's last message -> whether it is on the content of its restart file."""
+
+
+@pytest.mark.parametrize("message", ENDS)
+def test_only_what_the_engine_says_of_a_checkpoint_excludes_it(message: str, tmp_path: Path) -> None:
+    (tmp_path / checkpoint.LOG).write_text("read_restart    checkpoint/engine.500\n")
+    (tmp_path / process.OUTPUT).write_text(f"LIGGGHTS 3.8.0\nReading restart file ...\n{message}\n")
+    assert checkpoint.refused(tmp_path) == ENDS[message]
+
+
+@pytest.mark.parametrize("name", [run_store.FINGERPRINT, f"{run_store.CHECKPOINTS}/sums."])
+def test_a_file_that_cannot_be_read_now_is_not_damaged(
+    cut_off: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """A failing disk or too many open files: the call is refused, and the next one resumes from the latest checkpoint."""
+    run_dir = shutil.copytree(cut_off[1], tmp_path / "run")
+    _, newer = points(run_dir)
+    whole = {path: path.read_bytes() for path in (run_dir / "engine.partial").rglob("*") if path.is_file()}
+    opened = builtins.open
+
+    def fails(file: Any, *more: Any, **how: Any) -> Any:
+        if str(run_dir / "engine.partial" / name) in str(file):
+            raise OSError(errno.EIO, os.strerror(errno.EIO), str(file))
+        return opened(file, *more, **how)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(builtins, "open", fails)
+        with raises_code("file.unread"):
+            driver.run(run_dir, progress=False, launch=never)
+    assert whole == {path: path.read_bytes() for path in (run_dir / "engine.partial").rglob("*") if path.is_file()}
+    assert driver.run(run_dir, progress=False).resumed_at_step == newer.step
 
 
 def test_a_restart_file_that_was_cut_off_is_noticed(cut_off: tuple[Path, Path]) -> None:

@@ -27,6 +27,8 @@ PARTIAL = ".partial"
 LOG = "log.liggghts"
 MESSAGES_B = 65536
 """Upper bound on the engine's messages when it is set up again at a checkpoint."""
+REFUSAL = re.compile(r"^ERROR(?!.*\bCannot open ).*\bread_restart\.cpp:\d+", re.MULTILINE)
+"""Message of the part of the engine that reads restart files, unless the file could not be opened."""
 STORED = 2
 """Number of stored checkpoints."""
 WRITTEN_S = 10.0
@@ -71,7 +73,8 @@ def _read(folder: Path, step: int) -> Checkpoint | str:
     try:
         read = logs.read_signed(path)
         states, sums = (logs.sums_of(read[part]) for part in ("states", "logs"))
-    except (PywetError, AttributeError, KeyError, TypeError, ValueError):
+    except (PywetError, AttributeError, KeyError, TypeError, ValueError) as error:
+        logs.refuse_unread(path, error)
         return f"{CHECKPOINTS}/{path.name} is damaged"
     engine, state = saved("engine", step), saved("state", step)
     if engine not in states:
@@ -120,10 +123,12 @@ def cut_back(folder: Path, point: Checkpoint) -> None:
         log.replace(folder / f"log.until-{point.step}.liggghts")
 
 
-def unread(folder: Path) -> bool:
-    """Return whether the engine has started but not finished reading its restart file."""
-    log = folder / LOG
-    return log.exists() and "\nneighbor " not in log.read_text(errors="replace")
+def refused(folder: Path) -> bool:
+    """Return whether the engine's messages are that the content of its restart file is wrong.
+
+    An engine that was killed, or short of memory, descriptors or disk space, says nothing about the file.
+    """
+    return REFUSAL.search((folder / OUTPUT).read_text(errors="replace")) is not None
 
 
 def drop(folder: Path, point: Checkpoint) -> None:

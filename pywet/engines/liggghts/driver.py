@@ -125,7 +125,7 @@ def _run_engine(job: Job, launch: Callable[..., Usage], passed: Sequence[str]) -
 
             usage = launch(_command(job, point.step if point else 0), folder, scene, report, watch)
         except PywetError:
-            if point and checkpoint.unread(folder):
+            if point and checkpoint.refused(folder):
                 checkpoint.drop(folder, point)
             raise
     # the worker's own record; of the stock program nearly all time is that of the steps

@@ -22,6 +22,8 @@ DUMPS = (TRAJECTORY, *(f"{name}.txt" for name in (windows.STATES, *windows.SPRIN
 HEAD = 9
 """Number of lines before the rows of a dump's frame."""
 BLOCK = 1 << 20
+UNREAD = "make it readable, then call again"
+"""Hint on a file of an unfinished run that cannot be read."""
 SUM = "own"
 """Key of the check sum of a JSON file within itself."""
 
@@ -56,10 +58,16 @@ def write_signed(path: Path, content: dict[str, Any]) -> None:
 
 def read_signed(path: Path) -> dict[str, Any]:
     """Return the content of a file of `write_signed`; PywetError if it has changed."""
-    content = read_json(path, "")
+    content = read_json(path, UNREAD)
     if not isinstance(content, dict) or content.pop(SUM, None) != _sum(content):
         raise PywetError(f"{path} was changed", code="checkpoint.changed", where=path)
     return content
+
+
+def refuse_unread(path: Path, error: Exception) -> None:
+    """Raise the error of an existing file that the operating system does not read now, because that file is not damaged."""
+    if isinstance(error, PywetError) and error.code == "file.unread" and path.is_file():
+        raise error
 
 
 def _sum(content: dict[str, Any]) -> int:

@@ -93,6 +93,11 @@ class Bridge:
 
     def force(self, surface_tension: float) -> float:
         """Return the attraction [N]: 2πσ (r cos α − H r²), the same at every section."""
+        if not 0.0 <= surface_tension < math.inf:
+            raise PywetError(
+                f"surface_tension = {surface_tension:g} N/m given to the exact bridge; expected a finite number of at least 0",
+                code="bridge.surface_tension", key="surface_tension", given=surface_tension,
+            )  # fmt: skip
         return 2.0 * math.pi * surface_tension * start(self.state, self.case)[3] * self.bodies.unit
 
     @property
@@ -165,7 +170,7 @@ def solve(
     Parameters
     ----------
     separation : float
-        Gap between the surfaces [m].
+        Gap between the surfaces [m]; negative in overlap.
     volume : float
         Volume of the bridge [m³].
     radius_i : float
@@ -181,6 +186,11 @@ def solve(
     -------
     Bridge or None
         The bridge; None beyond its rupture distance.
+
+    Raises
+    ------
+    PywetError
+        If an argument is not finite or outside its range; the radius of a plate is infinite.
 
     Notes
     -----
@@ -203,7 +213,7 @@ def solve_many(
     Parameters
     ----------
     separations : sequence of float
-        Gaps between the surfaces [m].
+        Gaps between the surfaces [m]; negative in overlap.
     volume : float
         Volume of the bridge [m³].
     radius_i : float
@@ -220,11 +230,22 @@ def solve_many(
     list of Bridge or None
         One entry for each separation; None beyond the rupture distance.
 
+    Raises
+    ------
+    PywetError
+        If an argument is not finite or outside its range; the radius of a plate is infinite.
+
     Notes
     -----
     Axisymmetric, at rest, without gravity; method and errors: docs/young_laplace.md.
     """
     bodies = Bodies(radius_i, radius_j, theta_i, theta_j)
+    for separation in separations:
+        if not math.isfinite(separation):
+            raise PywetError(
+                f"separation = {separation:g} m given to the exact bridge; expected a finite length, negative in overlap",
+                code="bridge.separation", key="separation", given=separation,
+            )  # fmt: skip
     gaps = [max(separation, 0.0) / bodies.unit for separation in separations]
     _, points = _trace(bodies, volume, max(gaps, default=0.0))
     return [_at(points, gap, bodies, volume) for gap in gaps]
@@ -264,6 +285,11 @@ def rupture(volume: float, radius_i: float, radius_j: float, theta_i: float, the
     Rupture
         Rupture distance [m], transfer ratio and kind of the instability.
 
+    Raises
+    ------
+    PywetError
+        If an argument is not finite or outside its range; the radius of a plate is infinite.
+
     Notes
     -----
     Axisymmetric, at rest, without gravity; method and errors: docs/young_laplace.md.
@@ -281,8 +307,8 @@ def rupture(volume: float, radius_i: float, radius_j: float, theta_i: float, the
 def _trace(bodies: Bodies, volume: float, stop: float) -> tuple[int, Floats]:
     if not (volume > 0.0 and math.isfinite(volume)):
         raise PywetError(
-            f"volume {volume:g} m3 given to the exact bridge; expected a positive number",
-            code="bridge.volume", given=volume,
+            f"volume = {volume:g} m3 given to the exact bridge; expected a finite positive number",
+            code="bridge.volume", key="volume", given=volume,
         )  # fmt: skip
     kind, points = branch.follow(bodies.holding(volume), stop)
     if kind == branch.LOST:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson
 
-from pywet.laws.exact_bridge import Bridge, branch, rupture, solve, table
+from pywet.laws.exact_bridge import Bridge, branch, rupture, solve, solve_many, table
 from pywet.laws.exact_bridge.meridian import GAP
 from tests.error_codes import raises_code
 
@@ -243,14 +243,48 @@ def test_rupture_distance_grows_with_volume() -> None:
         ((0.0, 1e-3, PLATE, 1.0, 0.0, 0.0), "bridge.plate_first", "radius_i"),
         ((0.0, 1e-3, 1.0, 1.0, math.pi / 2, 0.0), "bridge.contact_angle", "contact_angle_i"),
         ((0.0, 1e-3, 1.0, 1.0, 0.0, -0.1), "bridge.contact_angle", "contact_angle_j"),
-        ((0.0, 0.0, 1.0, 1.0, 0.0, 0.0), "bridge.volume", ""),
-        ((0.0, math.nan, 1.0, 1.0, 0.0, 0.0), "bridge.volume", ""),
+        ((0.0, 0.0, 1.0, 1.0, 0.0, 0.0), "bridge.volume", "volume"),
         ((0.0, 1e6, 1.0, 1.0, 0.0, 0.0), "bridge.lost", ""),
     ],
 )
 def test_refuses_what_is_no_bridge(arguments: tuple[float, ...], code: str, key: str) -> None:
     with raises_code(code, key=key):
         solve(*arguments)  # type: ignore[arg-type]
+
+
+GIVEN = {"separation": 0.0, "volume": 1e-3, "radius_i": 1.0, "radius_j": 1.0, "theta_i": 0.0, "theta_j": 0.0}
+CODES = {
+    "separation": "bridge.separation", "volume": "bridge.volume", "radius_i": "bridge.radius", "radius_j": "bridge.radius",
+    "theta_i": "bridge.contact_angle", "theta_j": "bridge.contact_angle",
+}  # fmt: skip
+NO_NUMBERS = (math.nan, math.inf, -math.inf)
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS)
+@pytest.mark.parametrize("name", GIVEN)
+def test_refuses_what_is_not_finite(name: str, value: float) -> None:
+    """In each argument of each public function; only a plate's radius is infinite. A separation was None, or no number."""
+    if (name, value) == ("radius_j", PLATE):
+        return
+    given = {**GIVEN, name: value}
+    key, code = name.replace("theta", "contact_angle"), CODES[name]
+    code = "bridge.plate_first" if (name, value) == ("radius_i", PLATE) else code
+    with raises_code(code, key=key):
+        solve(**given)
+    gap = given.pop("separation")
+    with raises_code(code, key=key):
+        solve_many([0.0, gap, 1e-3], **given)
+    if name != "separation":
+        with raises_code(code, key=key):
+            rupture(**given)
+
+
+@pytest.mark.parametrize("value", (*NO_NUMBERS, -0.07))
+def test_a_force_needs_a_surface_tension(value: float) -> None:
+    bridge = solve(**GIVEN)
+    assert bridge is not None and bridge.force(0.0) == 0.0
+    with raises_code("bridge.surface_tension", key="surface_tension"):
+        bridge.force(value)
 
 
 def test_a_branch_that_nearly_meets_another_at_its_limit_is_followed() -> None:
