@@ -30,8 +30,8 @@ READINGS = [
     for value in get_args(field.annotation)
     if value != field.default
 ]
-OWN_LAWS = """
-def own(separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension):
+CUSTOM_LAWS = """
+def custom(separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension):
     return 0.0
 
 
@@ -60,7 +60,7 @@ def laws(text: str, *files: str) -> Change:
         replaced("config.yaml", pattern="^laws:\n  preset: paper.*", by=f"laws:\n{text}")(folder)
         for name in files:
             (folder / name).parent.mkdir(exist_ok=True)
-            (folder / name).write_text(OWN_LAWS)
+            (folder / name).write_text(CUSTOM_LAWS)
 
     return change
 
@@ -80,13 +80,16 @@ KINDS: dict[str, tuple[str, Change]] = {
         f"{key}: {value}": ("smoke", replaced("config.yaml", pattern=rf"^  {key}: \w+", by=f"  {key}: {value}"))
         for key, value in READINGS
     },
-    "own law": ("smoke", laws("  capillary: own.py:own", "own.py")),
-    "own law below": ("smoke", laws("  {capillary: ./laws/own.py:own, rupture: lian}", "laws/own.py")),
-    "own law outside": ("smoke", laws("  preset: exact\n  formation: ../laws/own.py:own", "../laws/own.py")),
-    "own references": (
+    "custom law": ("smoke", laws("  capillary: custom.py:custom", "custom.py")),
+    "custom law below": ("smoke", laws("  {capillary: ./laws/custom.py:custom, rupture: lian}", "laws/custom.py")),
+    "custom law outside": (
+        "smoke",
+        laws("  preset: exact\n  formation: ../laws/custom.py:custom", "../laws/custom.py"),
+    ),
+    "custom references": (
         "smoke",
         laws(
-            "  {capillary: a.py:own, rupture: a.py:limit, reference: {capillary: a.py:own, rupture: a.py:limit}}",
+            "  {capillary: a.py:custom, rupture: a.py:limit, reference: {capillary: a.py:custom, rupture: a.py:limit}}",
             "a.py",
         ),
     ),
@@ -116,7 +119,7 @@ def test_what_is_written_loads_and_is_what_was_chosen(kind: str, tmp_path: Path)
         got = config.load(target)
         assert parts(got) == parts(edit.changed(given, scale, levels)), levels
         named = got.settings.laws.model_dump(exclude={"reference"}, exclude_none=True).values()
-        assert kind == "own law outside" or all(custom_laws.may_run(n) for n in named if custom_laws.is_custom(n))
+        assert kind == "custom law outside" or all(custom_laws.may_run(n) for n in named if custom_laws.is_custom(n))
     assert parts(config.load(source)) == parts(given)
 
 
@@ -132,8 +135,8 @@ def test_only_what_was_chosen_is_changed(kind: str, tmp_path: Path) -> None:
     assert (got.settings.laws, got.settings.readings) == (given.settings.laws, given.settings.readings)
     assert {name for name in given.scales.scales if got.scale(name) != given.scale(name)} == {scale}
     exact = edit.changed(given, scale, {"capillary": "exact"}).settings
-    kept = {key for key, _ in READINGS} - {"capillary_spheres", "capillary_walls", "wall_transfer"}
-    assert all(getattr(exact.readings, key) == getattr(given.settings.readings, key) for key in kept)
+    unchanged = {key for key, _ in READINGS} - {"capillary_spheres", "capillary_walls", "wall_transfer"}
+    assert all(getattr(exact.readings, key) == getattr(given.settings.readings, key) for key in unchanged)
     assert exact.laws.formation == given.settings.laws.formation
 
 
