@@ -145,7 +145,7 @@ class _WithWords(RoundTripConstructor):
         return super().construct_mapping(node, *more, **how)
 
 
-def _own(group: Any, key: str | int) -> Any:
+def _unshared(group: Any, key: Any) -> Any:
     """Return a part of a group that no other group shares by an alias; a new one if there is none."""
     group[key] = copy(group[key]) if isinstance(group, list) or key in group else {}
     return group[key]
@@ -167,7 +167,7 @@ def put_into(folder: Path, values: Mapping[str, Any]) -> None:
                 continue
             entry, (*above, last) = content, path.split()
             for key in above:
-                entry = _own(entry, int(key) if isinstance(entry, list) else key)
+                entry = _unshared(entry, int(key) if isinstance(entry, list) else key)
             entry.pop(last, None) if value is None else entry.update({last: value})
         with atomic_write(folder / file) as temporary:
             yaml.dump(content, temporary)

@@ -30,7 +30,7 @@ READINGS = [
     for value in get_args(field.annotation)
     if value != field.default
 ]
-OWN_LAWS = """
+CUSTOM_LAWS = """
 def own(separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension):
     return 0.0
 
@@ -60,7 +60,7 @@ def laws(text: str, *files: str) -> Change:
         replaced("config.yaml", pattern="^laws:\n  preset: paper.*", by=f"laws:\n{text}")(folder)
         for name in files:
             (folder / name).parent.mkdir(exist_ok=True)
-            (folder / name).write_text(OWN_LAWS)
+            (folder / name).write_text(CUSTOM_LAWS)
 
     return change
 
@@ -132,8 +132,8 @@ def test_only_what_was_chosen_is_changed(kind: str, tmp_path: Path) -> None:
     assert (got.settings.laws, got.settings.readings) == (given.settings.laws, given.settings.readings)
     assert {name for name in given.scales.scales if got.scale(name) != given.scale(name)} == {scale}
     exact = edit.changed(given, scale, {"capillary": "exact"}).settings
-    kept = {key for key, _ in READINGS} - {"capillary_spheres", "capillary_walls", "wall_transfer"}
-    assert all(getattr(exact.readings, key) == getattr(given.settings.readings, key) for key in kept)
+    others = {key for key, _ in READINGS} - {"capillary_spheres", "capillary_walls", "wall_transfer"}
+    assert all(getattr(exact.readings, key) == getattr(given.settings.readings, key) for key in others)
     assert exact.laws.formation == given.settings.laws.formation
 
 
