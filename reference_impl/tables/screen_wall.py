@@ -77,8 +77,8 @@ def area(folder: Path, wall: Mapping[str, Any]) -> float:
 
 def count(folder: Path, scene: Mapping[str, Any], wall: Mapping[str, Any], deck: int) -> int:
     """Return the number of apertures: holes of a plate, otherwise gaps between wires along x times gaps along y."""
-    mesh, _ = corners(folder, [wall["name"]])
-    if pierced := holes(mesh):
+    plate, _ = corners(folder, [wall["name"]])
+    if pierced := holes(plate):
         return pierced
     points, body = corners(folder, [wall["name"], numbered(CROSS, deck)])
     axes: dict[int, list[float]] = {0: [], 1: []}

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from pywet.products import flowsheet, screening_report
+from reference_impl.tables import flowsheet as reference
 from tests.products import made_up
 
 SIZES = np.array([2.0, 3.0, 4.0, 4.5, 5.0, 5.5, 6.0, 8.0])
@@ -31,6 +32,25 @@ def test_a_known_curve_is_got_back(curve: flowsheet.Curve) -> None:
     offset = known[3] if len(known) == 4 else 0.0
     sizes = np.array([1e-3, known[0], 1e2])
     assert curve(sizes, *known) == pytest.approx([offset, 0.5 + 0.5 * offset, 1.0], abs=1e-4)
+
+
+@pytest.mark.parametrize("known", flowsheet.CURVES, ids=lambda c: c.name)
+def test_the_reference_names_what_is_wrong_with_a_fit(known: flowsheet.Curve) -> None:
+    """A sound fit of scattered shares agrees; another rms or a parameter 3 % off is named with its curve."""
+    t = np.clip(known(SIZES, *KNOWN[known.name]) + np.tile([0.02, -0.03], 4), 0.01, 0.99)
+    curve = parted(t).assign(overs_kg=t, unders_kg=1.0 - t)
+    sound = flowsheet.fitted(curve)
+
+    def named(rows: pd.DataFrame) -> set[str]:
+        return {h.name for h in reference.held("fits", rows, curve) if h.wrong}
+
+    assert named(sound) == set()
+    for column, more in (("rms", 0.0), ("Xcut_m", 0.0), ("Alpha", 0.05)):  # an Alpha may be zero
+        wrong = sound.copy()
+        row = wrong["model"] == known.name
+        wrong.loc[row, column] = 1.03 * wrong.loc[row, column] + more
+        found = named(wrong)
+        assert found and all(name.startswith(f"fits: {known.name}: ") for name in found)
 
 
 @pytest.mark.parametrize(
