@@ -69,20 +69,24 @@ def holes(corners: Floats) -> int:
     corners : array (m, 3, 3)
         Corners of triangles that meet at their nodes [m].
     """
-    nodes, index = np.unique(np.round(corners.reshape(-1, 3), 8), axis=0, return_inverse=True)
+    _, index = np.unique(np.round(corners.reshape(-1, 3), 8), axis=0, return_inverse=True)
     triangles = index.reshape(-1, 3)
-    edges = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    edges, count = np.unique(edges, axis=0, return_counts=True)
+    sides = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    edges, of, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
     lone = edges[count == 1]
-    ends = _groups(np.searchsorted(np.unique(lone), lone), len(np.unique(lone)))
+    ends = _groups(np.searchsorted(np.unique(lone), lone), len(np.unique(lone)))[0]
+    # bodies meet along edges; those that touch in a node have it twice
+    bodies, body = _groups(np.c_[np.arange(len(sides)) // 3, len(triangles) + of.ravel()], len(triangles) + len(edges))
+    nodes = np.unique(np.c_[np.repeat(body[: len(triangles)], 3), triangles.ravel()], axis=0)
     characteristic = len(nodes) - len(edges) + len(triangles) + ends
-    return (2 * _groups(edges, len(nodes)) - characteristic) // 2
+    return (2 * bodies - characteristic) // 2
 
 
-def _groups(links: Ints, count: int) -> int:
-    """Count the connected groups of `count` nodes with links (n, 2)."""
+def _groups(links: Ints, count: int) -> tuple[int, Ints]:
+    """Return the number of connected groups of `count` nodes with links (n, 2), and the group of each."""
     graph = scipy.sparse.coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
-    return int(scipy.sparse.csgraph.connected_components(graph, directed=False)[0])
+    number, group = scipy.sparse.csgraph.connected_components(graph, directed=False)
+    return int(number), np.asarray(group)
 
 
 def deck_of(run: RunDir) -> dict[str, Any] | None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pywet.geometry.punched import SIDES, Punching
-from pywet.geometry.solids import woven
+from pywet.geometry.solids import plate, woven
 from pywet.geometry.surface import enclosed, make_surface
 from pywet.products.apertures import holes
 from reference_impl.tables import screen_wall
@@ -53,3 +53,10 @@ def test_a_woven_wire_has_the_volume_of_a_straight_one_and_waves(sign: float) ->
         at = surface.vertices[np.abs(surface.vertices[:, 0] - 7e-3 * (k + 0.5)) < 1e-6]
         assert at[:, 2].mean() == pytest.approx(sign * (-1) ** k * 1e-3, abs=1e-8)
     assert holes(surface.corners) == screen_wall.holes(surface.corners) == 0
+
+
+@pytest.mark.parametrize("other", [(1.0, 1.0, 1.0), (3.0, 0.0, 0.0)], ids=["touch in a corner", "apart"])
+def test_two_blocks_have_no_hole_between_them(other: tuple[float, float, float]) -> None:
+    block = make_surface("block", "wall", plate(1e-3 * np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]]), 0.0, 1e-3)).corners
+    both = np.concatenate([block, block + 1e-3 * np.array(other)])
+    assert holes(both) == screen_wall.holes(both) == 0
