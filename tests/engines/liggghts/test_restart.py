@@ -247,7 +247,9 @@ def test_ten_kills(unbroken: Path, tmp_path: Path, number: int) -> None:
     """Ten kills of the large bed at random moments."""
     beds.prepare(tmp_path, beds.bed((9, 9, 7)), STEPS, CHECKPOINTS)
     killed(tmp_path, moment=float(np.random.default_rng().uniform(0.0, 1.5)))
-    assert driver.run(tmp_path, progress=False).resumed_at_step is not None
+    # the engine may have come to its end before, so that there was nothing to resume
+    ended = any((tmp_path / name).exists() for name in ("engine.partial/finished.json", "engine/run.json"))
+    assert driver.run(tmp_path, progress=False).resumed_at_step is not None or ended
     same_bits(unbroken, tmp_path)
 
 
