@@ -123,16 +123,16 @@ def holes(triangles: Floats) -> int:
     """
     nodes = np.unique(np.rint(triangles.reshape(-1, 3) / NODE).astype(np.int64), axis=0, return_inverse=True)[1]
     nodes, number = nodes.reshape(-1, 3), int(nodes.max(initial=-1)) + 1
-    beside: dict[tuple[int, int], list[int]] = {}
+    faces_at: dict[tuple[int, int], list[int]] = {}
     for face, (a, b, c) in enumerate(nodes.tolist()):
         for u, v in ((a, b), (b, c), (c, a)):
-            beside.setdefault((min(u, v), max(u, v)), []).append(face)
+            faces_at.setdefault((min(u, v), max(u, v)), []).append(face)
     ends = _Groups(number)
-    for (u, v), faces in beside.items():
+    for (u, v), faces in faces_at.items():
         if len(faces) == 1:
             ends.join(u, v)
     over_nodes, over_faces, spare = _Groups(number), _Groups(len(nodes) + number), 0
-    for edge in [edge for edge in beside if not over_nodes.join(*edge)]:
-        one, other = [*beside[edge], len(nodes) + ends.top(edge[0])][:2]
+    for edge in [edge for edge in faces_at if not over_nodes.join(*edge)]:
+        one, other = [*faces_at[edge], len(nodes) + ends.top(edge[0])][:2]
         spare += not over_faces.join(one, other)
     return spare // 2

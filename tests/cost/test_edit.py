@@ -101,6 +101,15 @@ KINDS: dict[str, tuple[str, Change]] = {
 """Kind of configuration -> scale that is changed, and how the kind differs from the shipped one."""
 
 
+def made(kind: str, folder: Path) -> tuple[str, Path]:
+    """Make a configuration of a kind; return the scale that is changed and its folder."""
+    scale, change = KINDS[kind]
+    source = folder / "source" / "config"
+    shutil.copytree(SHIPPED, source)
+    change(source)
+    return scale, source
+
+
 def parts(of: config.Config) -> tuple[object, ...]:
     """Return everything that a configuration contains, apart from its folder."""
     return of.settings, of.materials, of.scales, of.cases
@@ -108,10 +117,7 @@ def parts(of: config.Config) -> tuple[object, ...]:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_is_written_loads_and_is_what_was_chosen(kind: str, tmp_path: Path) -> None:
-    scale, change = KINDS[kind]
-    source = tmp_path / "source" / "config"
-    shutil.copytree(SHIPPED, source)
-    change(source)
+    scale, source = made(kind, tmp_path)
     given = config.load(source)
     for number, levels in enumerate(LEVELS):
         target = tmp_path / "elsewhere" / "deep" / str(number)
@@ -126,10 +132,7 @@ def test_what_is_written_loads_and_is_what_was_chosen(kind: str, tmp_path: Path)
 @pytest.mark.parametrize("kind", KINDS)
 def test_only_what_was_chosen_is_changed(kind: str, tmp_path: Path) -> None:
     """Laws other than the capillary one's, their readings, and all else of the scales stay."""
-    scale, change = KINDS[kind]
-    source = tmp_path / "source" / "config"
-    shutil.copytree(SHIPPED, source)
-    change(source)
+    scale, source = made(kind, tmp_path)
     given = config.load(source)
     got = edit.changed(given, scale, OTHERS)
     assert (got.settings.laws, got.settings.readings) == (given.settings.laws, given.settings.readings)

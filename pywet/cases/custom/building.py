@@ -461,7 +461,11 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
         faces = np.insert(surface.triangles, 0, 3, axis=1).ravel()
         solid = pv.PolyData(surface.vertices, faces)
         distance = pv.PolyData(copies.reshape(-1, 3)).compute_implicit_distance(solid)["implicit_distance"]
-        inside = np.asarray(distance).reshape(len(copies), -1).min(axis=0) < TOUCHING * radius
+        distance = np.array(distance).reshape(len(copies), -1)
+        distance[1:] = np.abs(
+            distance[1:]
+        )  # the wall ends at the faces: no copy is inside, and an open end has no inside
+        inside = distance.min(axis=0) < TOUCHING * radius
         if inside.any():
             first = placed(at[inside][0], made.origin_mm)
             raise ConfigError(
