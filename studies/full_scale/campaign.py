@@ -61,6 +61,8 @@ class Job:
     """Folder of its configuration."""
     settings: dict[str, float]
     """Configured settings that determine cost and error."""
+    ranks: int = 1
+    """Configured MPI ranks."""
     process: subprocess.Popen[bytes] | None = None
     log: BinaryIO | None = None
     """Open log of the process: the run may move its folder aside, and this file with it."""
@@ -112,7 +114,7 @@ class Campaign:
         job.folder.mkdir(parents=True, exist_ok=True)
         job.begun = time.monotonic(), job.step
         command = [*self.command, str(job.number), "--seed", str(job.seed), "--out", str(job.folder)]
-        command += ["--config", str(job.config)]
+        command += ["--config", str(job.config), "--ranks", str(job.ranks)]
         run_folder.claim(job.folder)
         job.log = open(job.folder / "campaign.log", "a+b")  # noqa: SIM115  closed as the process ends
         job.process = subprocess.Popen(command, stdout=job.log, stderr=job.log, preexec_fn=die_with_parent)
@@ -166,7 +168,7 @@ def prepare(
                 "bridges_every": step.bridges_every,
             }
             needed = need(config, number, scale, machine=machine)
-            jobs.append(Job(number, seed, out / name, name, needed, config.folder, chosen))
+            jobs.append(Job(number, seed, out / name, name, needed, config.folder, chosen, config.settings.ranks))
     return jobs
 
 
