@@ -86,10 +86,10 @@ def test_a_sphere_is_wedged_when_it_moves_with_the_screen(
 
 FAKE = """
 import os, shutil, sys
-number, seed, out, config = sys.argv[1:8:2]
+number, seed, out, config, ranks = sys.argv[1:10:2]
 os.rename(out, out + ".1")  # as a run does with an earlier one of another configuration, including its log
 if number == "1":
-    sys.exit("case 1 cannot be run")
+    sys.exit(f"case 1 cannot be run on {ranks} ranks")
 shutil.copytree(sys.argv[0].replace("fake.py", "run/case02"), out, dirs_exist_ok=True)
 """
 
@@ -99,10 +99,11 @@ def test_one_failed_case_does_not_stop_the_others_and_what_is_stored_is_not_run_
 ) -> None:
     (tmp_path / "fake.py").write_text(FAKE)
     loaded = settings.load(ROOT / "config")
+    loaded = replace(loaded, settings=loaded.settings.model_copy(update={"ranks": 2}))
     jobs = campaign.prepare(dict.fromkeys((1, 2), loaded), [7], "smoke", tmp_path / "out", "", MACHINE)
     data, command = tmp_path / "data", [sys.executable, str(tmp_path / "fake.py")]
     failed = campaign.Campaign(jobs, data, command, {"variant": "", "scale": "smoke"}, cores=2).run()
-    assert [(j.number, j.failed) for j in failed] == [(1, "case 1 cannot be run")]
+    assert [(j.number, j.failed) for j in failed] == [(1, "case 1 cannot be run on 2 ranks")]
     assert StoredRun(data / "case02-7").case == 2
     assert StoredRun(data / "case02-7").about["settings"] == {"fraction": 0.05, "stiffness": 0.01, "bridges_every": 1}
     assert "case02-7: stored in" in capsys.readouterr().out
