@@ -104,6 +104,8 @@ OF_BRIDGES = ("printed", "wall", "printed_walls", "facet", "part", "fifth", "res
 """Readings that change nothing in a dry case."""
 RETIRE = "config.yaml: retire"
 PAPER_STIFFNESS = {"scales.yaml: scales full stiffness_factor value": 1.0}
+EVERY_THIRD = {"config.yaml: time_step bridges_every": 3}
+"""Entries for bridges in every third step: at the paper's stiffness still more often than the campaign evaluates them."""
 RIGS: dict[str, dict[str, Any]] = {
     **{f"sieve{d:g}": sieve(d) for d in (180.0, 182.5, 185.0, 187.5, 190.0, 192.5, 195.0, 200.0)},
     "sieve150": sieve(150.0)
@@ -111,6 +113,7 @@ RIGS: dict[str, dict[str, Any]] = {
     **{f"amplitude{a:g}": amplitude(0.01 * a) for a in (60, 70, 80, 90)},
     **{f"sieve{d:g}_amplitude{a}": sieve(d) | amplitude(0.01 * a) for d in (185.0, 190.0) for a in (80, 90)},
     **{f"sieve{d:g}_stiff": sieve(d) | PAPER_STIFFNESS for d in (180.0, 182.5, 185.0, 200.0)},
+    "sieve200_stiff_third": sieve(200.0) | PAPER_STIFFNESS | EVERY_THIRD,
     **{f"sieve{d:g}_printed": sieve(d) | PRINTED for d in (185.0, 190.0, 200.0)},
     **{f"sieve{d:g}_wall": sieve(d) | WALL for d in (185.0, 200.0)},
     **{f"sieve200_{name}": sieve(200.0) | entries for name, entries in OTHERS.items()},
