@@ -327,8 +327,11 @@ def test_meshes_that_cannot_be_are_refused(change: dict[str, Any], message: str)
 @pytest.mark.engine
 @pytest.mark.parametrize("mesh", ["punched_round", "punched_square", "woven"])
 def test_smaller_spheres_pass_and_larger_do_not(tmp_path: Path, mesh: str) -> None:
-    """Spheres of 0.8 and 1.1 apertures over a level deck that shakes: those above the aperture all stay, half of the others
-    pass in 0.4 s; no sphere is lost, the replay agrees and counts the apertures of the deck."""
+    """Spheres of 0.8 and 1.1 apertures over a level deck that throws them nine times: those above the aperture all stay.
+
+    Of the others pass at least as many as by Gaudin's chance per throw, as those that touch an edge may roll in as well (six
+    seeds with square holes: 5 to 13 of 24, by the chance 3.2). The replay agrees and counts the apertures of the deck.
+    """
     box = {"low_mm": (3, -9, 4), "high_mm": (27, 9, 24)}
     spheres = [
         {"name": name, "material": "glass", "diameter_mm": d, "count": n, "box": box}
@@ -347,7 +350,12 @@ def test_smaller_spheres_pass_and_larger_do_not(tmp_path: Path, mesh: str) -> No
     gone = run._run.table("history/retired")
     names = np.array([o.name for o in run.scene.outlets])[gone["outlet"] - 1]
     through = pd.Series(names == "unders", dtype=bool).groupby(gone["type"].to_numpy()).sum()
-    assert through.get(1, 0) >= 12 and through.get(2, 0) == 0
     given = Deck(**deck)
+    free_mm = 4.0 - 3.2
+    chance = (free_mm / 5.0) ** 2
+    if given.is_plate:
+        hole_mm2 = free_mm**2 * (math.pi / 4 if mesh == "punched_round" else 1.0)
+        chance = len(given.punching(given).centres) * hole_mm2 / (30 * 20)
+    assert through.get(1, 0) >= 24 * (1 - (1 - chance) ** 9) and through.get(2, 0) == 0
     if given.is_plate:
         assert pywet.screen(tmp_path, from_s=0.0)["apertures"] == len(given.punching(given).centres)
