@@ -152,6 +152,25 @@ def refuted(
     return None
 
 
+def redecided(
+    statements: Sequence[Statement], single: Mapping[int, Sequence[StoredRun]], seeds: Mapping[int, Sequence[StoredRun]]
+) -> list[tuple[Statement, Part, str, float, float, str]]:
+    """Decide each range by runs of one seed, with the scatter of `seeds`, where both have its cases.
+
+    Returns statement, range, its verdict by `seeds`, its value in the single runs, half the 95 % interval and its verdict.
+    """
+    found = []
+    for statement, part in ((s, p) for s in statements if s.cases for p in s.parts):
+        values, others = each(part, single), each(part, seeds)
+        if len(values) != 1 or len(others) < 2:
+            continue
+        spread, free = scatter(others), len(others) - 1
+        half, single_half = (half_width(spread, n, free, 0.95) for n in (len(others), 1))
+        was = decide(part, float(np.mean(others)), half)
+        found.append((statement, part, was, values[0], single_half, decide(part, values[0], single_half)))
+    return found
+
+
 def scatter(values: Sequence[float]) -> float:
     """Return the standard deviation of values; inf if some are infinite (a time not reached), 0 if all of them are."""
     if np.isfinite(values).all():

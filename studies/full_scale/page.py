@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -18,7 +19,7 @@ from pywet.report.pictures import STYLE, plt, svg
 from pywet.util.files import atomic_write
 from studies.full_scale import headline, reasons, retirement, run_table, spread, stored_runs, stroke, trials
 from studies.full_scale.campaign import SETTINGS
-from studies.full_scale.judging import FAILS, OPEN, Answer, Statement, judge, neighbours
+from studies.full_scale.judging import FAILS, OPEN, Answer, Statement, judge, neighbours, redecided
 from studies.full_scale.spread import Runs
 from studies.full_scale.statements import STATEMENTS
 from studies.full_scale.stored_runs import ALL, DEFAULT, SEEDS, StoredRun
@@ -27,6 +28,8 @@ Answers = Sequence[tuple[Statement, Answer]]
 FOLDER = Path("docs/full_scale")
 STIFF, STIFF_RETIRED = ((1, 2, 10, 11), "paper"), ((7, 8, 16, 17), f"{DEFAULT}_stiff")
 """Cases with a run with the paper's stiffness, and its name: runs with all spheres, and runs whose passed spheres are retired."""
+THIRD = f"{STIFF_RETIRED[1]}_third"
+"""Such a rig with bridges in every third step."""
 FIGURES = {
     "fig10": ("Fig. 10: dry, fraction retained", plots.dry),
     "fig12": ("Fig. 12: fraction retained and liquid", plots.moisture),
@@ -94,7 +97,7 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
     """Write the figures next to `data` and return the page's text."""
     config = config or settings.load(Path("config"))
     variants, rigs = stored_runs.variants(data), stored_runs.variants(data.parent / stored_runs.RIGS.name)
-    campaign = variants.pop("", {})
+    campaign, third = variants.pop("", {}), rigs.get(THIRD, {})
     runs = stored_runs.default(campaign, rigs.get(DEFAULT, {}))
     old, stays = variants.get("retire", {}), rigs.get(ALL, {})
     # each case by runs of one version
@@ -103,15 +106,16 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
     failed, open_ = ([s.number for s, answer in answers if answer.verdict == of] for of in (FAILS, OPEN))
     known = {n: reasons.reason(n, runs) for n in sorted([*failed, *open_]) if n in reasons.REASONS or n in failed}
     results = [_result(config, number, runs) for number in sorted(runs)]
+    stiff, retired = variants.get(STIFF[1], {}), {**rigs.get(STIFF_RETIRED[1], {}), **third}
     seeds = [
         row
-        for of, (cases, name), stiff in ((campaign, STIFF, variants), (runs, STIFF_RETIRED, rigs))
-        for row in spread.rows(of, stiff.get(name, {}), [n for n in cases if n in stiff.get(name, {})])
+        for of, cases, others in ((campaign, STIFF[0], stiff), (runs, STIFF_RETIRED[0], retired))
+        for row in spread.rows(of, others, [n for n in cases if n in others])
     ]
     every = {
         "": campaign,
         **variants,
-        **{name: rigs[name] for name in (DEFAULT, ALL, STIFF_RETIRED[1]) if name in rigs},
+        **{name: rigs[name] for name in (DEFAULT, ALL, STIFF_RETIRED[1], THIRD) if name in rigs},
     }
     shed = [row for effect in SWITCHED for row in _switched(campaign, variants, effect)]
     for name, columns, rows in (
@@ -135,7 +139,8 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         ),
         *_runs(config, runs, every),
         *_cost(runs),
-        *spread.lines(seeds),
+        *spread.lines(seeds, third),
+        *_decided_again(runs, {**stiff, **retired}),
         *retirement.lines(*both),
         BEYOND.format(full=_full_beyond(campaign, variants)),
     ]
@@ -187,6 +192,23 @@ def _cost(runs: Runs) -> list[str]:
     return [
         f"- **Cost**: A moist case takes {np.median(ratios):.2f} times the processor time of the dry case in the median, "
         f"{min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} pairs with the same seed, loaded machine)."
+    ]
+
+
+def _decided_again(runs: Runs, stiff: Runs) -> list[str]:
+    """Say which ranges of statements the runs with the paper's stiffness decide differently; none without such runs."""
+    found = redecided(STATEMENTS, stiff, runs)
+    if not found:
+        return []
+    other = [
+        f"statement {statement.number}, {part.range.replace('|', '&#124;')}: "
+        f"{f'{value:.3g} ± {half:.2g}' if math.isfinite(value) else 'not reached'}, {now} instead of {was}"
+        for statement, part, was, value, half, now in found
+        if now != was
+    ]
+    return [
+        f"  Of the {len(found)} ranges of statements that these runs can decide, {len(found) - len(other)} have the same verdict"
+        f"{', the others: ' if other else ''}{'; '.join(other)}.",
     ]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -59,14 +59,18 @@ def rows(runs: Runs, other: Runs, cases: Sequence[int], asked: Quantities | None
     return found
 
 
-def lines(found: Sequence[Row]) -> list[str]:
-    """Sentences on the differences between the seeds and the runs with the paper's stiffness; none without seeds."""
+def lines(found: Sequence[Row], third: Iterable[int] = ()) -> list[str]:
+    """Sentences on the differences between the seeds and the runs with the paper's stiffness; none without seeds.
+
+    `third`: cases whose run with that stiffness has bridges in every third step.
+    """
     if not found:
         return []
     compared = [row for row in found if row[5] != "–"]
     moved = [f"case {r[0]}, {r[1]}: {r[5]} ± {r[6].split('± ')[1]}" for r in compared if r[6].startswith("yes")]
+    every = "".join(f"; case {n} with bridges in every third step" for n in sorted(third))
     return [
-        f"- **Paper's contact stiffness** (cases {', '.join(dict.fromkeys(r[0] for r in compared))}, one seed each): "
+        f"- **Paper's contact stiffness** (cases {', '.join(dict.fromkeys(r[0] for r in compared))}, one seed each{every}): "
         f"{len(moved)} of {len(compared)} quantities differ significantly (5 %, Student; {len(compared) / 20:.0f} expected by "
         f"chance) from the runs with lower stiffness{': ' if moved else ''}{'; '.join(moved)} "
         "([seeds.csv](full_scale/seeds.csv)).",

@@ -20,8 +20,8 @@ from pywet.products.apertures import screen_of
 from pywet.runs.rundir import RunDir
 from pywet.scene import Vibration
 from pywet.util.files import read_json, write_json, write_table
-from studies.full_scale import campaign, page, retirement, spread, stored_runs
-from studies.full_scale.judging import FAILS, HOLDS, OPEN
+from studies.full_scale import campaign, judging, page, retirement, spread, stored_runs
+from studies.full_scale.judging import FAILS, HOLDS, OPEN, Part, Statement
 from studies.full_scale.stored_runs import StoredRun, keep, wedged
 from tests.cases.screening import synthetic
 from tests.cost.test_times import costs_of
@@ -271,7 +271,25 @@ def test_what_springs_do_is_distinguished_from_scatter(tmp_path: Path) -> None:
         assert float(cells[5]) == pytest.approx(spread.half_through(stiff) - np.mean(halves), abs=1e-4)
         limit = 4.3027 * np.std(halves, ddof=1) * (4 / 3) ** 0.5
         assert cells[6].startswith(reported) and float(cells[6].split("±")[1]) == pytest.approx(limit, abs=1e-4)
+    compared = spread.rows({1: seeds}, {1: [near]}, (1,))
+    assert "(cases 1, one seed each; case 1 with bridges in every third step)" in spread.lines(compared, [1])[0]
     assert spread.lines(spread.rows({1: seeds[:1]}, {}, (1,))) == []
+
+
+def test_a_run_with_other_springs_decides_ranges_by_the_scatter_of_seeds(tmp_path: Path) -> None:
+    """Half is through at 1.94 s, three seeds 1.85 to 2.03 s: up to 2.5 s both; one that takes 2.6 s, ± 0.45 s, decides nothing;
+    with 9 s it does."""
+    seeds = [make(tmp_path / "a", 1, seed=k, rate=r) for k, r in ((1, 0.38), (2, 0.4), (3, 0.42))]
+    half = Part("half", 0.0, 2.5, lambda cases: spread.half_through(cases[1]))
+    statements = [Statement(1, "", "", (1,), (half,)), Statement(2, "", "", (1, 2), (half, half))]
+    for rate, reported in ((0.39, HOLDS), (0.3, OPEN), (0.08, FAILS)):
+        other = make(tmp_path / f"{rate}", 1, rate=rate)
+        first, *more = judging.redecided(statements, {1: [other]}, {1: seeds})
+        assert len(more) == 2 and first[2] == HOLDS and first[5] == reported
+        assert first[3] == pytest.approx(spread.half_through(other))
+        values = [spread.half_through(k) for k in seeds]
+        assert first[4] == pytest.approx(4.3027 * np.std(values, ddof=1), rel=1e-4)  # of one run
+    assert judging.redecided(statements, {2: [other]}, {1: seeds}) == []
 
 
 def test_what_retirement_changes_is_distinguished_from_scatter(tmp_path: Path) -> None:
