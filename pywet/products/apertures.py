@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import scipy
 
+from pywet.config.scales import Scale
 from pywet.geometry.motion import peak_speed, velocity
 from pywet.runs.rundir import Bools, Floats, Ints, RunDir
 from pywet.scene import Vibration, WallMesh
@@ -24,9 +25,14 @@ WEDGED_SPEED = 0.5
 Its centre must also be within its radius of the screen's plane.
 """
 STAYS = 0.25
-"""Displacement relative to the screen from one output to the next, over its radius, below which a wedged sphere pegs an aperture.
+"""Displacement relative to the screen in a period of its motion, over its radius, below which a wedged sphere pegs an aperture.
 
 At a single output spheres are wedged that are about to turn around on the screen, even ones that fit through.
+"""
+SUNK = 0.9
+"""Height of a centre above the upper face of a plate, over its radius, below which a sphere is in a hole.
+
+Spheres on the land between holes are a radius above it; a sphere that sits on a round hole of its half diameter 0.87.
 """
 
 
@@ -95,41 +101,85 @@ def deck_of(run: RunDir) -> dict[str, Any] | None:
 
 
 def area(run: RunDir, wall: WallMesh) -> float:
-    """Return the plan area of the screen [m2]: length times width of a deck, otherwise of the rectangle around the screen."""
+    """Return the plan area of the screen [m2]: a case's inside its side wall, of a deck length times width.
+
+    Otherwise it is that of the rectangle around the screen.
+    """
     if deck := deck_of(run):
         return 1e-6 * float(deck["length_mm"]) * float(deck["width_mm"])
     low, high = extents(run, wall)
+    if scale := _scale(run):
+        return scale.sieve_area_m2(_pitch(low, high))
     x, y, _ = high.max(axis=0) - low.min(axis=0)
     return float(x * y)
 
 
+def _scale(run: RunDir) -> Scale | None:
+    """Return the scale of a screening case; None for a user-defined scene."""
+    given = (run.json("config.json", dict[str, Any]) or {}).get("scale")
+    return None if given is None else Scale.model_validate({k: v for k, v in given.items() if k != "name"})
+
+
+def _pitch(low: Floats, high: Floats) -> float:
+    """Return the distance of neighbouring wires along x [m], to a nanometre, as the files of surfaces have single precision."""
+    along_x = (high - low)[:, 0] > (high - low)[:, 1]
+    return round(float(np.diff(np.sort(0.5 * (low + high)[along_x, 1])).min()), 9)
+
+
 def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
-    """Return the number of apertures: holes of a plate; gaps along x times gaps along y for wires; slots for bars."""
+    """Return the number of apertures of a screen.
+
+    Those of a plate are its holes, those of a case its area over that of an aperture with its wires. Otherwise they are gaps
+    along x times gaps along y; at the sides of a deck those count that are wider than half an aperture.
+    """
     if pierced := holes(_corners(run, wall)):
         return pierced
     nets = [w for w in run.scene.walls if w.name in (wall.name, of_deck(CROSS, deck))]
     low, high = (np.concatenate(ends) for ends in zip(*(extents(run, w) for w in nets), strict=True))
     along_x = (high - low)[:, 0] > (high - low)[:, 1]
+    if _scale(run):
+        return round(area(run, wall) / _pitch(low, high) ** 2)
     # gaps across the deck are between wires along it, and vice versa
     across, along = int(along_x.sum()), int((~along_x).sum())
-    periodic = run.scene.periodic
-    return max(1, across - (periodic != "y")) * max(1, along - (periodic != "x"))
+    periodic, sides = run.scene.periodic, 0
+    if (given := deck_of(run)) and periodic != "y":
+        half, opening = (
+            0.5e-3 * given["width_mm"],
+            1e-3 * [given, *(given.get("beneath") or ())][deck - 1]["aperture_mm"],
+        )
+        gaps = half - high[along_x, 1].max(), low[along_x, 1].min() + half
+        sides = sum(gap > 0.5 * opening for gap in gaps)
+    return max(1, across + int(sides) - (periodic != "y")) * max(1, along - (periodic != "x"))
 
 
 def pegged(run: RunDir, wall: WallMesh) -> Bools:
-    """Return which spheres peg an aperture, shape (outputs, spheres): wedged at two outputs in a row, at one place.
+    """Return which spheres peg an aperture, shape (outputs, spheres): wedged for a period of the motion, at one place.
 
-    The place is relative to the screen; see `STAYS`.
+    The place is relative to the screen; see `STAYS`. They are wedged at all outputs from one to the first that is a period
+    later, at least the next one.
     """
     place, speed = _relative(run, wall)
     caught, radius = _caught(run, wall, place, speed), _radius(run)
-    moved, lengths = np.diff(place, axis=0), np.array(run.scene.periods_m)
+    later = min(_outputs_of_period(run, wall), len(place) - 1)
+    if later < 1:
+        return np.zeros_like(caught)
+    moved, lengths = place[later:] - place[:-later], np.array(run.scene.periods_m)
     moved -= lengths * np.rint(moved / np.where(lengths > 0.0, lengths, np.inf))
-    stays = caught[1:] & caught[:-1] & (np.linalg.norm(moved, axis=2) < STAYS * radius)
+    stays = np.linalg.norm(moved, axis=2) < STAYS * radius
+    for k in range(later + 1):
+        stays &= caught[k : len(caught) - later + k]
     found = np.zeros_like(caught)
-    found[1:] |= stays
-    found[:-1] |= stays
+    for k in range(later + 1):
+        found[k : len(caught) - later + k] |= stays
     return found
+
+
+def _outputs_of_period(run: RunDir, wall: WallMesh) -> int:
+    """Return the number of outputs in a period of a wall's motion, rounded up; one for a wall at rest."""
+    moves, times = run.scene.motions[wall.name], run.timeline.times
+    if not isinstance(moves, Vibration) or len(times) < 2:
+        return 1
+    return max(1, math.ceil(1.0 / (moves.frequency_Hz * (times[1] - times[0])) - 1e-6))
 
 
 def wedged(run: RunDir, wall: WallMesh) -> Bools:
@@ -160,10 +210,15 @@ def _relative(run: RunDir, wall: WallMesh) -> tuple[Floats, Floats]:
 
 
 def _caught(run: RunDir, wall: WallMesh, place: Floats, speed: Floats) -> Bools:
-    """Return which spheres are in the plane of a screen and slower relative to it than `WEDGED_SPEED`."""
-    moves, plane = run.scene.motions[wall.name], run.scene.screen_z_m
+    """Return which spheres are in the apertures of a screen and slower relative to it than `WEDGED_SPEED`."""
+    moves, radius, z = run.scene.motions[wall.name], _radius(run), place[..., 2]
+    low = high = run.scene.screen_z_m
     if wall.name != "wires":
-        low, high = extents(run, wall)
-        plane = 0.5 * float(low[:, 2].min() + high[:, 2].max())
+        lows, highs = extents(run, wall)
+        low, high = float(lows[:, 2].min()), float(highs[:, 2].max())
+    if wall.name != "wires" and holes(_corners(run, wall)):
+        inside = (z > low - radius) & (z < high + SUNK * radius)
+    else:
+        inside = np.abs(z - 0.5 * (low + high)) < radius
     slow = WEDGED_SPEED * peak_speed(moves) if isinstance(moves, Vibration) else math.inf
-    return np.asarray((np.abs(place[..., 2] - plane) < _radius(run)) & (np.linalg.norm(speed, axis=2) <= slow))
+    return np.asarray(inside & (np.linalg.norm(speed, axis=2) <= slow))

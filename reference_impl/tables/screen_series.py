@@ -6,6 +6,7 @@ One pass over the outputs of a run; the means in screen.json are taken over its 
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -41,7 +42,8 @@ def table(folder: Path, scene: Mapping[str, Any], every: pd.DataFrame, deck: int
 def _of_wall(folder: Path, scene: Mapping[str, Any], wall: dict[str, Any]) -> dict[str, list[float]]:
     """Return the liquid on the screen [m3] and the pegged spheres of each class at every output.
 
-    A sphere pegs if it is caught at this output and at the one before or after it, and has hardly moved along the screen.
+    A sphere pegs if it is caught at this output and at all others of a period of the screen's motion that begins or ends there,
+    or contains it, and has hardly moved along the screen from the first to the last of them.
     """
     of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
     caught = _Caught(folder, scene, wall, of)
@@ -49,26 +51,28 @@ def _of_wall(folder: Path, scene: Mapping[str, Any], wall: dict[str, Any]) -> di
     pegs: list[Floats] = []
     counted: list[Floats] = []
     box = images.of(folder)
-    last, there = np.zeros((len(of.ids), 3)), np.zeros(len(of.ids), bool)
+    steps = plans.plan(folder).outputs
+    length = min(max(1, caught.outputs_of_period(steps)), len(steps) - 1)
+    recent: deque[tuple[Floats, Floats]] = deque(maxlen=length + 1)
     for o in outputs(folder, scene, of, MOTION):
-        place, now = caught.at(o)
-        stays = there & now & (np.sqrt((box.nearest(place - last) ** 2).sum(axis=1)) < 0.25 * caught.radius)
-        if pegs:
-            pegs[-1] = pegs[-1] | stays
-        pegs.append(stays)
+        recent.append(caught.at(o))
+        pegs.append(np.zeros(len(of.ids), bool))
         counted.append(~o.waits)
         liquid.append(float(o.walls[of.walls.index(wall["name"])]))
-        last, there = place, now
+        if length and len(recent) > length:
+            moved = np.sqrt((box.nearest(recent[-1][0] - recent[0][0]) ** 2).sum(axis=1))
+            stays = np.all([now for _, now in recent], axis=0) & (moved < 0.25 * caught.radius)
+            pegs[-len(recent) :] = [row | stays for row in pegs[-len(recent) :]]
     both = [row & inside for row, inside in zip(pegs, counted, strict=True)]
     kinds = {f"pegged_{c['type']}": of.kind == c["type"] for c in scene["classes"]}
     return {"screen_liquid_m3": liquid} | {k: [float((row & rows).sum()) for row in both] for k, rows in kinds.items()}
 
 
 class _Caught:
-    """Spheres in the plane of a screen that move with it.
+    """Spheres in the apertures of a screen that move with it.
 
-    The centre is within a radius of the plane; with a vibrating screen the speed relative to it is at most half of 2 pi f times
-    the root of the sum of squared amplitudes.
+    The centre is within a radius of the plane, of a plate below 0.9 radii above its upper face; with a vibrating screen the
+    speed relative to it is at most half of 2 pi f times the root of the sum of squared amplitudes.
     """
 
     def __init__(self, folder: Path, scene: Mapping[str, Any], wall: dict[str, Any], of: Bodies) -> None:
@@ -81,8 +85,18 @@ class _Caught:
         ]
         self._displaced = np.stack(parts, axis=1)
         self._limit = 0.5 * self._rate * math.sqrt(float((self._a**2).sum())) if way else math.inf
-        self._plane = screen_wall.plane(folder, scene, wall)
+        plane, plate = screen_wall.plane(folder, scene, wall), None
+        if wall["name"] != "wires":
+            plate = screen_wall.faces(folder, wall)
+        self._low, self._high = plate or (plane, plane)
+        self._above = 0.9 if plate else 1.0
         self.radius = np.array([c["radius_m"] for c in scene["classes"]])[of.kind - 1]
+
+    def outputs_of_period(self, steps: Floats) -> int:
+        """Return how many outputs a period of the screen takes, rounded up; 0 for a screen at rest."""
+        if not self._rate or len(steps) < 2:
+            return 0
+        return math.ceil(2.0 * math.pi / self._rate / (float(steps[1] - steps[0]) * self._step) - 1e-6)
 
     def at(self, o: Output) -> tuple[Floats, Floats]:
         """Return places relative to the screen, and which spheres are caught."""
@@ -90,7 +104,8 @@ class _Caught:
         place[o.at] = o.places.rows(["x", "y", "z"]) - self._displaced[o.step]
         swing = np.cos(self._rate * (o.step * self._step) + self._phase)
         v = o.places.rows(["vx", "vy", "vz"]) - self._a * self._rate * swing
-        near = np.abs(place[o.at, 2] - self._plane) < self.radius[o.at]
+        z, radius = place[o.at, 2], self.radius[o.at]
+        near = (z - self._high < self._above * radius) & (self._low - z < radius)
         now[o.at] = near & (np.sqrt((v**2).sum(axis=1)) <= self._limit)
         return place, now
 

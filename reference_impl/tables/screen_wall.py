@@ -7,6 +7,7 @@ edges that two trees over a surface leave, gaps by the distances of neighbouring
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -59,8 +60,14 @@ def corners(folder: Path, names: list[str]) -> tuple[Floats, Floats]:
     return np.stack([vectors(table, f"v{k}") for k in range(3)], axis=1), table["part"].to_numpy()
 
 
+def faces(folder: Path, wall: Mapping[str, Any]) -> tuple[float, float] | None:
+    """Return the heights [m] of the lower and the upper face of a punched plate at rest; None for wires and bars."""
+    triangles = corners(folder, [wall["name"]])[0]
+    return (float(triangles[:, :, 2].min()), float(triangles[:, :, 2].max())) if holes(triangles) else None
+
+
 def plane(folder: Path, scene: Mapping[str, Any], wall: Mapping[str, Any]) -> float:
-    """Return the height [m] of the screen's plane at rest."""
+    """Return the height [m] of the plane of wires or bars at rest."""
     if wall["name"] == "wires":
         return float(scene.get("screen_z_m", 0.0))
     z = corners(folder, [wall["name"]])[0][:, :, 2]
@@ -68,26 +75,54 @@ def plane(folder: Path, scene: Mapping[str, Any], wall: Mapping[str, Any]) -> fl
 
 
 def area(folder: Path, wall: Mapping[str, Any]) -> float:
-    """Return the plan area [m2]: length times width of a deck, otherwise of the rectangle around the screen."""
+    """Return the plan area [m2]: of a case inside its side wall, a circle or a square of whole cells; of a deck length times
+    width; otherwise of the rectangle around the screen.
+    """
     if decks := levels(folder):
         return float(decks[0]["length_mm"]) * float(decks[0]["width_mm"]) * 1e-6
-    sides = np.ptp(corners(folder, [wall["name"]])[0].reshape(-1, 3), axis=0)
+    points, body = corners(folder, [wall["name"]])
+    path = folder / "config.json"
+    if sieve := (json.loads(path.read_text()) or {}).get("scale") if path.exists() else None:
+        width, cell = 1e-3 * float(sieve["width_mm"]["value"]), cell_of(axes_of(points, body)[1])
+        return math.pi * width**2 / 4.0 if sieve["shape"] == "cylinder" else (cell * max(1, round(width / cell))) ** 2
+    sides = np.ptp(points.reshape(-1, 3), axis=0)
     return float(sides[0] * sides[1])
 
 
-def count(folder: Path, scene: Mapping[str, Any], wall: Mapping[str, Any], deck: int) -> int:
-    """Return the number of apertures: holes of a plate, otherwise gaps between wires along x times gaps along y."""
-    plate, _ = corners(folder, [wall["name"]])
-    if pierced := holes(plate):
-        return pierced
-    points, body = corners(folder, [wall["name"], numbered(CROSS, deck)])
+def axes_of(points: Floats, body: Floats) -> dict[int, list[float]]:
+    """Return the positions of the axes of bars: along x by those of bars along y (0), along y by those of bars along x (1)."""
     axes: dict[int, list[float]] = {0: [], 1: []}
     for one in np.unique(body):
         of_body = points[body == one].reshape(-1, 3)
         low, high = of_body.min(axis=0), of_body.max(axis=0)
         across = 1 if high[0] - low[0] > high[1] - low[1] else 0
         axes[across].append(float(low[across] + high[across]) / 2.0)
-    return gaps(axes[0], scene.get("periodic") == "x") * gaps(axes[1], scene.get("periodic") == "y")
+    return axes
+
+
+def cell_of(axes: list[float]) -> float:
+    """Return the distance of neighbouring axes [m]."""
+    return float(np.median(np.diff(np.unique(np.round(axes, 9)))))
+
+
+def count(folder: Path, scene: Mapping[str, Any], wall: Mapping[str, Any], deck: int) -> int:
+    """Return the number of apertures: holes of a plate, cells of a case, otherwise gaps along x times gaps along y.
+
+    Between the outermost wire and the side of a deck is a gap if it is wider than half an aperture.
+    """
+    plate, body = corners(folder, [wall["name"]])
+    if pierced := holes(plate):
+        return pierced
+    if not (decks := levels(folder)) and (folder / "config.json").exists() and wall["name"] == "wires":
+        return round(area(folder, wall) / cell_of(axes_of(plate, body)[1]) ** 2)
+    axes = axes_of(*corners(folder, [wall["name"], numbered(CROSS, deck)]))
+    across = gaps(axes[1], scene.get("periodic") == "y")
+    if decks and scene.get("periodic") != "y":
+        free = float(decks[0]["width_mm"]) - float(decks[deck - 1]["wire_mm"])
+        left, right = (500.0 * free + 1e6 * side for side in (min(axes[1]), -max(axes[1])))
+        narrow = 500.0 * float(decks[deck - 1]["aperture_mm"])
+        across += (left > narrow) + (right > narrow) - (len(axes[1]) == 1)
+    return gaps(axes[0], scene.get("periodic") == "x") * max(1, across)
 
 
 def gaps(axes: list[float], repeats: bool) -> int:

@@ -1,22 +1,34 @@
-"""Spheres that peg an aperture are those that stay in it from one output to the next."""
+"""Spheres that peg an aperture are those that stay in it for a period of the screen's motion; the number of apertures."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from pywet import config as settings
+from pywet.cases.custom import building
+from pywet.cases.custom.description import Scene
+from pywet.cases.screening import cases
 from pywet.geometry.motion import engine_displacement, velocity
-from pywet.products.apertures import pegged, screen_of
+from pywet.products import apertures
+from pywet.products.apertures import area, count, pegged, screen_of
 from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene, Vibration
 from pywet.util.files import write_json, write_table
 from reference_impl.replay import io
-from reference_impl.tables import plant, screen_series
+from reference_impl.tables import plant, screen_series, screen_wall
+from tests.cases.custom.conftest import beads
 from tests.cases.screening import synthetic
+from tests.error_codes import raises_code
 
-SHAKEN = Vibration(amplitude_m=(4e-4, 0.0, 9e-4), phase_rad=(0.2, 0.0, 0.0), frequency_Hz=50.0)
+ROOT = Path(__file__).parents[2]
+SHAKEN = Vibration(amplitude_m=(4e-4, 0.0, 9e-4), phase_rad=(0.2, 0.0, 0.0), frequency_Hz=400.0)
+SLOWLY = SHAKEN.model_copy(update={"frequency_Hz": 60.0})
+"""With a period of more than one and less than two outputs."""
 
 
 def placed(folder: Path, at: list[float], share: float, scene: EngineScene) -> RunDir:
@@ -39,21 +51,28 @@ def placed(folder: Path, at: list[float], share: float, scene: EngineScene) -> R
 
 
 @pytest.mark.parametrize(
-    ("at", "share", "pegs"),
+    ("moves", "at", "share", "pegs"),
     [
-        ([0.0, 0.0, 0.0], 1.0, [True, True, True]),
-        ([0.0, 0.2, 0.4], 1.0, [True, True, True]),
-        ([0.0, 0.0, 1.0], 1.0, [True, True, False]),
-        ([1.0, 0.0, 0.2], 1.0, [False, True, True]),
-        ([0.0, 0.3, 0.6], 1.0, [False, False, False]),
-        ([0.0, 0.0, 0.0], 0.2, [False, False, False]),
+        (SHAKEN, [0.0, 0.0, 0.0], 1.0, [True, True, True]),
+        (SHAKEN, [0.0, 0.2, 0.4], 1.0, [True, True, True]),
+        (SHAKEN, [0.0, 0.0, 1.0], 1.0, [True, True, False]),
+        (SHAKEN, [1.0, 0.0, 0.2], 1.0, [False, True, True]),
+        (SHAKEN, [0.0, 0.3, 0.6], 1.0, [False, False, False]),
+        (SHAKEN, [0.0, 0.0, 0.0], 0.2, [False, False, False]),
+        (SLOWLY, [0.0, 0.1, 0.2], 1.0, [True, True, True]),
+        (SLOWLY, [0.0, 0.2, 0.4], 1.0, [False, False, False]),
+        (SLOWLY, [0.0, 0.0, 1.0], 1.0, [False, False, False]),
     ],
-    ids=["stays", "creeps", "leaves", "arrives", "travels", "is too slow for the screen"],
-)
-def test_a_sphere_pegs_while_it_stays(tmp_path: Path, at: list[float], share: float, pegs: list[bool]) -> None:
+    ids=["stays", "creeps", "leaves", "arrives", "travels", "is too slow for the screen",
+         "stays for a period", "creeps in a period", "stays for less than a period"],
+)  # fmt: skip
+def test_a_sphere_pegs_while_it_stays(
+    tmp_path: Path, moves: Vibration, at: list[float], share: float, pegs: list[bool]
+) -> None:
     """A sphere over a vibrating screen; the reference counts alike."""
     folder = synthetic.make(tmp_path / "case02", moist=True)
-    run = placed(folder, at, share, RunDir(folder).scene.model_copy(update={"vibration": SHAKEN}))
+    run = placed(folder, at, share, RunDir(folder).scene.model_copy(update={"vibration": moves}))
+    assert 0.5 < (run.timeline.times[1] - run.timeline.times[0]) * SLOWLY.frequency_Hz < 1.0
     wall = screen_of(run)
     assert wall is not None
     found = pegged(run, wall)
@@ -74,3 +93,85 @@ def test_on_a_screen_at_rest_those_that_stay_peg(tmp_path: Path) -> None:
     )
     wall = screen_of(run)
     assert wall is not None and pegged(run, wall)[:, 0].tolist() == [True, True, False]
+
+
+def counted(folder: Path) -> tuple[float, int]:
+    """Area [m2] and apertures of the screen of a run directory; the reference agrees."""
+    run = RunDir(folder)
+    wall, scene = screen_of(run), io.scene(folder)
+    assert wall is not None
+    found, mine = (area(run, wall), count(run, wall)), screen_wall.of(scene, 1)
+    assert mine is not None
+    assert screen_wall.area(folder, mine) == pytest.approx(found[0], rel=1e-12)
+    assert screen_wall.count(folder, scene, mine, 1) == found[1]
+    return found
+
+
+@pytest.mark.parametrize(
+    ("case", "scale", "within_m2", "cells"),
+    [(2, "smoke", 0.05**2, 25), (2, "full", math.pi * 0.1**2, 314), (8, "smoke", 0.0504**2, 49)],
+)
+def test_area_and_apertures_of_a_case_are_those_inside_its_side_wall(
+    tmp_path: Path, case: int, scale: str, within_m2: float, cells: int
+) -> None:
+    """Wires reach into the side wall: a square of 5 by 5 cells of 10 mm, or of 7 by 7 of 7.2 mm; a circle of 200 mm."""
+    cases.build(settings.load(ROOT / "config"), case, scale, tmp_path)
+    found = counted(tmp_path)
+    assert found == (pytest.approx(within_m2, rel=1e-9), cells)
+
+
+@pytest.mark.parametrize(
+    ("deck", "openings"),
+    [
+        ({"width_mm": 40, "aperture_mm": 5, "wire_mm": 2}, 6 * 9),
+        ({"width_mm": 12, "aperture_mm": 5, "wire_mm": 2}, 2 * 9),
+        ({"width_mm": 40, "aperture_mm": 5, "wire_mm": 2, "mesh": "slotted"}, 6),
+        ({"width_mm": 28, "aperture_mm": 5, "wire_mm": 2, "periodic": True}, 4 * 9),
+        ({"width_mm": 33, "aperture_mm": 4, "wire_mm": 1}, 7 * 13),
+        ({"width_mm": 24.5, "aperture_mm": 4, "wire_mm": 1}, 4 * 13),
+    ],
+    ids=["square", "one wire along", "slotted", "periodic", "wide sides", "narrow sides"],
+)
+def test_openings_at_the_sides_of_a_deck_are_apertures(tmp_path: Path, deck: dict[str, Any], openings: int) -> None:
+    """By hand: n wires across the deck leave n + 1 openings; those at the sides count if wider than half an aperture.
+
+    The first wire along begins at the back, the last opening before the end has no wire behind it.
+    """
+    given = {"length_mm": 70, "side_mm": 20, "stroke": {"amplitude_mm": 2, "frequency_Hz": 20}, **deck}
+    box = {"low_mm": (5, -4, 4), "high_mm": (40, 4, 20)}
+    one = {"name": "beads", "material": "glass", "diameter_mm": 3, "count": 4, "box": box}
+    building.write(Scene(**beads(deck=given, spheres=[one])), tmp_path)
+    assert counted(tmp_path)[1] == openings
+
+
+def test_a_sphere_in_the_mouth_of_a_thick_plate_pegs_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plate of 5 mm with holes of 5 mm: the centre of a sphere of 5.2 mm in a hole is 0.71 mm above it, of one on the land 2.6;
+    of one that hangs out below it can be as far under it."""
+    deck = {"length_mm": 30, "width_mm": 20, "side_mm": 20, "aperture_mm": 5, "wire_mm": 5, "mesh": "punched_round",
+            "stroke": {"amplitude_mm": 2, "frequency_Hz": 20}}  # fmt: skip
+    box = {"low_mm": (5, -4, 4), "high_mm": (25, 4, 20)}
+    one = {"name": "beads", "material": "glass", "diameter_mm": 5.2, "count": 2, "box": box}
+    building.write(Scene(**beads(deck=deck, spheres=[one])), tmp_path)
+    run, reference = RunDir(tmp_path), io.scene(tmp_path)
+    wall, radius = screen_of(run), 2.6e-3
+    assert wall is not None
+    monkeypatch.setattr(apertures, "_radius", lambda run: np.full(4, radius))
+    in_hole = math.sqrt(radius**2 - 2.5e-3**2)
+    place = np.zeros((1, 4, 3))
+    place[0, :, 2] = in_hole, 0.999 * radius, -5e-3 - 0.999 * radius, -5e-3 - 1.001 * radius
+    assert apertures._caught(run, wall, place, np.zeros_like(place)).tolist() == [[True, False, True, False]]
+    mine = screen_wall.of(reference, 1)
+    assert mine is not None and screen_wall.faces(tmp_path, mine) == pytest.approx((-5e-3, 0.0), abs=1e-9)
+
+
+def test_outputs_of_a_deck_are_frequent_enough_for_its_outlets() -> None:
+    """Spheres leave at outputs; in 0.1 s one that rolls off the end falls 50 mm, past the product it belongs to."""
+    deck = {
+        "length_mm": 30,
+        "width_mm": 20,
+        "aperture_mm": 4,
+        "wire_mm": 1,
+        "stroke": {"amplitude_mm": 2, "frequency_Hz": 20},
+    }
+    with raises_code("config.inconsistent", says="results.interval_s of at most 0.02 with a deck"):
+        Scene(**beads(deck=deck, results={"interval_s": 0.1}))

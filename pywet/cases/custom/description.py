@@ -14,6 +14,7 @@ from pywet.cases.custom.walls import MM, Box, Wall, chosen
 from pywet.config.entries import Excusable
 from pywet.config.messages import mistake
 from pywet.config.settings import EffectSettings, LawSettings
+from pywet.engines.schedule import OUTLET_EVERY_S
 from pywet.errors import ConfigError
 from pywet.geometry.packing import FeedRegion
 from pywet.laws.hertz import LEAST_RESTITUTION, Modulus, Poisson
@@ -376,6 +377,10 @@ class Scene(Excusable):
             wrong.append("no periodic together with a deck with periodic: true")
         if (self.outlets or self.deck) and self.results.checkpoints == 0:
             wrong.append("results.checkpoints of at least 1 together with outlets: spheres leave at checkpoints")
+        if self.deck and (self.results.interval_s or 0.0) > OUTLET_EVERY_S:
+            wrong.append(
+                f"results.interval_s of at most {OUTLET_EVERY_S:g} with a deck, whose spheres leave at outputs"
+            )
         known = ", ".join(self.materials) or "none"
         named = [(f"spheres {s.name}", s.material) for s in self.spheres]
         named += [(f"feed {f.name}", f.material) for f in self.feed]
