@@ -201,14 +201,14 @@ def _decided_again(runs: Runs, stiff: Runs) -> list[str]:
     if not found:
         return []
     other = [
-        f"statement {statement.number}, {part.range.replace('|', '&#124;')}: "
-        f"{f'{value:.3g} ± {half:.2g}' if math.isfinite(value) else 'not reached'}, {now} instead of {was}"
+        f"statement {statement.number} ({part.range.replace('|', '&#124;')}): "
+        f"{f'{value:.3g} ± {half:.2g}' if math.isfinite(value) else 'not reached'}, {now}, was {was}"
         for statement, part, was, value, half, now in found
         if now != was
     ]
     return [
-        f"  Of the {len(found)} ranges of statements that these runs can decide, {len(found) - len(other)} have the same verdict"
-        f"{', the others: ' if other else ''}{'; '.join(other)}.",
+        f"  Of {len(found)} ranges of statements that these runs decide {len(found) - len(other)} have the same verdict"
+        f"{'; ' if other else ''}{'; '.join(other)}.",
     ]
 
 

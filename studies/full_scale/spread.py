@@ -24,7 +24,7 @@ def half_through(run: StoredRun) -> float:
 DRY: dict[str, Callable[[StoredRun], float]] = {
     f"mean Y, {BEGIN:g} to {END:g} s": lambda k: k.y(BEGIN, END),
     f"mean Y_small − Y_near, {BEGIN:g} to {END:g} s": lambda k: lag(k, BEGIN, END),
-    "time at which half of the undersize is through [s]": half_through,
+    "half of the undersize through [s]": half_through,
 }
 MOIST: dict[str, Callable[[StoredRun], float]] = {
     "liquid of the coarse material at the end": lambda k: float(k.liquid("coarse_material")[-1]),
@@ -67,11 +67,13 @@ def lines(found: Sequence[Row], third: Iterable[int] = ()) -> list[str]:
     if not found:
         return []
     compared = [row for row in found if row[5] != "–"]
-    moved = [f"case {r[0]}, {r[1]}: {r[5]} ± {r[6].split('± ')[1]}" for r in compared if r[6].startswith("yes")]
+    moved = [r for r in compared if r[6].startswith("yes")]
+    of_case = {n: [r for r in moved if r[0] == n] for n in dict.fromkeys(r[0] for r in moved)}
+    changes = [f"{len(rows)} of case {n}, as {rows[0][1]}: {rows[0][5]}" for n, rows in of_case.items()]
     every = "".join(f"; case {n} with bridges in every third step" for n in sorted(third))
     return [
         f"- **Paper's contact stiffness** (cases {', '.join(dict.fromkeys(r[0] for r in compared))}, one seed each{every}): "
         f"{len(moved)} of {len(compared)} quantities differ significantly (5 %, Student; {len(compared) / 20:.0f} expected by "
-        f"chance) from the runs with lower stiffness{': ' if moved else ''}{'; '.join(moved)} "
+        f"chance) from the runs with lower stiffness{'; ' if moved else ''}{'; '.join(changes)} "
         "([seeds.csv](full_scale/seeds.csv)).",
     ]

@@ -231,7 +231,7 @@ def test_the_numbers_of_the_readme_are_those_of_the_stored_tables() -> None:
         rows = list(csv.DictReader(file))
     moved = {(r["case"], r["quantity"]): (float(r["mean"]), float(r["difference"]))
              for r in rows if r["significant"].startswith("yes")}  # fmt: skip
-    half = "time at which half of the undersize is through [s]"
+    half = "half of the undersize through [s]"
     lead = "mean Y_small − Y_near, 0.5 to 5 s"
     assert len(rows) == 26
     assert list(moved) == [("2", half), ("2", "liquid of the walls at the end"), ("16", lead), ("16", half)]
