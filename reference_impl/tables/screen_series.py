@@ -35,15 +35,16 @@ def table(folder: Path, scene: Mapping[str, Any], every: pd.DataFrame, deck: int
             amount = every[of].fillna(0.0).to_numpy(float)
             columns[f"{product}_{name}"] = [math.fsum(amount[row]) for row in left]
     wall = screen_wall.of(scene, deck)
-    return pd.DataFrame(columns | (_of_wall(folder, scene, wall) if wall is not None else {}))
+    return pd.DataFrame(columns | (_of_wall(folder, scene, wall, deck) if wall is not None else {}))
 
 
-def _of_wall(folder: Path, scene: Mapping[str, Any], wall: dict[str, Any]) -> dict[str, list[float]]:
-    """Return the liquid on the screen [m3] and the pegged spheres of each class at every output.
+def _of_wall(folder: Path, scene: Mapping[str, Any], wall: dict[str, Any], deck: int) -> dict[str, list[float]]:
+    """Return the liquid on the screen with its cross wires [m3] and the pegged spheres of each class at every output.
 
     A sphere pegs if it is caught at this output and at the one before or after it, and has hardly moved along the screen.
     """
     of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
+    wires = np.isin(of.walls, [wall["name"], screen_wall.numbered(screen_wall.CROSS, deck)])
     caught = _Caught(folder, scene, wall, of)
     liquid: list[float] = []
     pegs: list[Floats] = []
@@ -57,7 +58,7 @@ def _of_wall(folder: Path, scene: Mapping[str, Any], wall: dict[str, Any]) -> di
             pegs[-1] = pegs[-1] | stays
         pegs.append(stays)
         counted.append(~o.waits)
-        liquid.append(float(o.walls[of.walls.index(wall["name"])]))
+        liquid.append(math.fsum(o.walls[wires]))
         last, there = place, now
     both = [row & inside for row, inside in zip(pegs, counted, strict=True)]
     kinds = {f"pegged_{c['type']}": of.kind == c["type"] for c in scene["classes"]}

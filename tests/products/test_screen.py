@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -24,6 +25,7 @@ from pywet.products.partition import partition_curve, separation, size_at
 from pywet.report import page, screen_page
 from pywet.runs.rundir import RunDir
 from pywet.scene import Insertion, Vibration
+from reference_impl.replay import io
 from reference_impl.tables import period, plant, screen_series, screen_wall
 from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
@@ -240,6 +242,25 @@ def test_a_batch_case_by_hand(tmp_path: Path) -> None:
     assert found["throughput_t_per_h"]["unders"] == pytest.approx(3.6 * 2 * mass[1] / 0.015)
     assert found["throughput_t_per_h_m2"]["unders"] == pytest.approx(3.6 * 2 * mass[1] / 0.015 / 0.04**2)
     assert reference_objects(folder) == []
+
+
+def test_liquid_on_a_screen_is_that_on_its_cross_wires_too(tmp_path: Path) -> None:
+    """At the last output 0.75e-9 m3 are on the wires, 0.5e-9 on the third wall, here the cross wires of a second deck."""
+    folder = synthetic.make(tmp_path / "run")
+    names = {"wires": "screen_2", "collecting_bin": "cross_wires_2"}
+    for path in (folder / "history" / "triangles.parquet", folder / "mesh_motion.parquet"):
+        table = pd.read_parquet(path)
+        table.assign(mesh=table["mesh"].replace(names)).to_parquet(path, index=False)
+    scene = json.loads((folder / "scene.json").read_text())
+    for wall in scene["walls"]:
+        wall["name"] = names.get(wall["name"], wall["name"])
+    (folder / "scene.json").write_text(json.dumps(scene))
+    run = RunDir(folder)
+    flow = replace(streams.read(run), deck=2)
+    found = screening_report.time_series(run, flow)["screen_liquid_m3"]
+    assert 1e9 * found.to_numpy() == pytest.approx([0.0, 0.0, 1.25], rel=1e-12)
+    of = screen_series.table(folder, io.scene(folder), plant.spheres(folder, io.scene(folder), 1), 2)
+    assert 1e9 * of["screen_liquid_m3"].to_numpy() == pytest.approx([0.0, 0.0, 1.25], rel=1e-12)
 
 
 def test_the_command_prints_five_numbers(made: Path) -> None:
