@@ -277,7 +277,7 @@ class Building:
 
     @property
     def interval(self) -> float:
-        """Default time between outputs [s]: a fiftieth of the duration, or less if the scene has outlets."""
+        """Default time between outputs [s]: a fiftieth of the duration, with outlets at most `OUTLET_EVERY_S`."""
         scene = self.user_scene
         return min(scene.duration_s / 50.0, OUTLET_EVERY_S if scene.outlets else math.inf)
 
