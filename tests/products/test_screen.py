@@ -12,9 +12,12 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
+import pywet
+from pywet.cases.custom import building
 from pywet.cli import ending
 from pywet.cli import plant as cli_plant
 from pywet.cli.app import app
@@ -30,6 +33,7 @@ from reference_impl.tables import period, plant, screen_series, screen_wall
 from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
 from tests.products import made_up
+from tests.sweep.files import EXAMPLES
 
 MASS = [2500.0 * math.pi / 6.0 * (1e-3 * d) ** 3 for d in made_up.SIZES_MM]
 
@@ -592,3 +596,15 @@ def test_sizes_that_were_not_simulated_are_named_with_the_numbers(tmp_path: Path
     line = "feed ore was simulated without 16 % of its mass finer: the numbers are those of the rest"
     assert line in done.output.splitlines() and "feed other" not in done.output
     assert "Feed ore was simulated without 16 %" in (folder / "screen.html").read_text()
+
+
+def test_sizes_left_out_of_a_sieve_analysis_are_those_of_the_run(tmp_path: Path) -> None:
+    """Of 20 % between 2 and 4 mm, half is finer than sqrt(8) mm by logarithm; another file of that name changes nothing."""
+    file = tmp_path / "sieves.csv"
+    file.write_text("2,4,20\n4,6,75\n6,8,5\n")
+    given = yaml.safe_load((EXAMPLES / "scenes" / "deck.yaml").read_text())
+    given["feed"][0]["psd"] = {"file": "sieves.csv", "smallest_mm": math.sqrt(8.0), "largest_mm": 6}
+    building.write(pywet.Scene(**given, folder=tmp_path), tmp_path / "run")
+    file.write_text("4,6,100\n")
+    line = "feed ore was simulated without 10 % of its mass finer and 5 % of its mass coarser: the numbers are those of the rest"
+    assert screen_page.left_out(tmp_path / "run") == [line]
