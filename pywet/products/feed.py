@@ -15,6 +15,8 @@ G_PER_S = 1e6 / 3600.0
 """Factor from t/h to g/s."""
 MOST_PERCENT = 100.0
 """Largest amount of liquid in % of the dry mass."""
+LEFT_OUT = "left_out"
+"""Key of a run's description with the shares of each feed's mass that are not simulated."""
 
 
 class FeedAmount(Excusable):
@@ -85,14 +87,30 @@ def sentence(name: str, sizes: Sizes, spheres: int) -> str:
 
 def cut_off(sizes: Sizes) -> str:
     """Describe the shares of a feed's mass that are finer and coarser than the simulated sizes; empty if there are none."""
-    parts = (sizes.below, "finer"), (sizes.above, "coarser")
-    return " and ".join(f"{100 * part:.2g} % of its mass {where}" for part, where in parts if part > 0)
+    return _described(shares_left_out(sizes))
+
+
+def shares_left_out(sizes: Sizes) -> dict[str, float]:
+    """Return the shares of a feed's mass that are finer and coarser than the simulated sizes."""
+    return {"finer": float(sizes.below), "coarser": float(sizes.above)}
+
+
+def _described(shares: dict[str, float]) -> str:
+    return " and ".join(f"{100 * share:.2g} % of its mass {where}" for where, share in shares.items() if share > 0)
 
 
 def not_simulated(description: dict[str, Any]) -> list[str]:
-    """Return a sentence for each feed of a scene of which sizes were left out; not if a file, found from elsewhere, has them."""
-    given = {entry["name"]: entry["psd"] for entry in description.get("feed") or () if not entry["psd"].get("file")}
-    cuts = {name: cut_off(SizeDistribution.model_validate(psd).sizes(Path())) for name, psd in given.items()}
+    """Return a sentence for each feed of a scene of which sizes were left out.
+
+    Runs of earlier versions did not store these shares: they follow from a formula, and are unknown with a file.
+    """
+    given = {entry["name"]: entry["psd"] for entry in description.get("feed") or ()}
+    shares = {
+        name: shares_left_out(SizeDistribution.model_validate(psd).sizes())
+        for name, psd in given.items()
+        if not psd.get("file")
+    } | (description.get(LEFT_OUT) or {})
+    cuts = {name: _described(shares[name]) for name in given if name in shares}
     return [
         f"feed {name} was simulated without {cut}: the numbers are those of the rest"
         for name, cut in cuts.items()

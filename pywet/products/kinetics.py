@@ -130,13 +130,18 @@ def curves(run: Path) -> pd.DataFrame:
 
 
 def _of_outlets(run: RunDir) -> pd.DataFrame:
-    """The same of a batch in a scene with outlets: all spheres are there from the start, and none leaves with the overs."""
+    """The same of a batch in a scene with outlets: all spheres are there from the start, and leave with the unders alone."""
     scene, spheres = run.scene, streams.read(run).spheres
-    overs = int(((spheres["product"] == "overs") & spheres["left_s"].notna()).sum())
-    if scene.insertion_s or overs:
-        given = "inserts spheres during the run" if scene.insertion_s else f"loses {overs} spheres with the overs"
+    lost = spheres.loc[spheres["left_s"].notna() & (spheres["product"] != "unders"), "id"]
+    if scene.insertion_s or len(lost):
+        gone = run.table("history/retired")
+        outlets = sorted(gone.loc[gone["id"].isin(lost), "outlet"].unique())
+        through = ", ".join(scene.outlets[k - 1].name for k in outlets)
+        given = (
+            "inserts spheres during the run" if scene.insertion_s else f"loses {len(lost)} spheres through {through}"
+        )
         raise PywetError(
-            f"{shown(run.path)} {given}; expected a batch: all spheres there from the start, a wall at the end of the deck",
+            f"{shown(run.path)} {given}; expected a batch: all spheres there from the start, walls around the screen",
             code="kinetics.no_batch", where=run.path,
         )  # fmt: skip
     times = streams.edges(scene, scene.duration_s)

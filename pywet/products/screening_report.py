@@ -150,7 +150,7 @@ def _throughput(run: RunDir, flow: Streams, of: dict[str, pd.DataFrame], area: f
 
 
 def time_series(run: RunDir, flow: Streams) -> pd.DataFrame:
-    """Return, at the outputs, masses in the machine and in both products, their liquid, liquid on the screen, pegged spheres."""
+    """Return, by output, masses inside and of both products, their liquid, that on screen and cross wires, pegged spheres."""
     line, spheres = run.timeline, flow.spheres
     frame = pd.DataFrame({"step": line.steps, "time_s": line.times})
     frame["hold_up_kg"] = streams.hold_up(spheres, line.times)
@@ -161,7 +161,8 @@ def time_series(run: RunDir, flow: Streams) -> pd.DataFrame:
         frame[f"{product}_liquid_m3"] = (left * rows["liquid_m3"].to_numpy()).sum(axis=1)
     screen = apertures.screen_of(run, flow.deck)
     if screen:
-        frame["screen_liquid_m3"] = run.on_walls({screen.name: "screen"}, "mesh")["screen"].to_numpy()
+        net = dict.fromkeys((screen.name, of_deck(apertures.CROSS, flow.deck)), "screen")
+        frame["screen_liquid_m3"] = run.on_walls(net, "mesh")["screen"].to_numpy()
         stuck = apertures.pegged(run, screen) & line.entered
         for kind in run.scene.classes:
             frame[f"pegged_{kind.type}"] = stuck[:, line.types == kind.type].sum(axis=1)

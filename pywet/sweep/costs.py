@@ -57,7 +57,7 @@ def of_scene(building: Building) -> Cost:
         events=EVENTS * spheres * scene.duration_s if bridges else 0.0,
     )  # fmt: skip
     machine = cost.measured_here() or needs.stored_machine()
-    outputs = scene.duration_s / (scene.results.interval_s or scene.duration_s / 50.0)
+    outputs = scene.duration_s / (scene.results.interval_s or building.interval)
     logged = scene.results.windows * scene.results.window_steps
     disk = needs.EVENT_B * load.events + bridges * (needs.CONTACT_B * logged + needs.SNAPSHOT_BRIDGE_B * outputs)
     disk += spheres * (needs.SNAPSHOT_SPHERE_B * outputs + needs.WINDOW_SPHERE_B * logged)

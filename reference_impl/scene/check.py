@@ -60,7 +60,7 @@ def _user_defined(section: Section, run: Path, description: dict[str, Any], scen
         section.add("scene_plan", "itself", [*plan.compared(run, scene, case=False)], "numbers that decide effects")
     if scene["effects"]["bridges"] and (run / "history" / "meta.json").exists():
         section.add("scene_told", "itself", _passed_to_plugin(run, scene), "numbers passed to the plugin")
-    section.not_checked.append(f"scene: {described.not_held(description, scene)}")
+    section.not_checked.append(f"scene: {described.not_held(description)}")
 
 
 def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[str, Any]) -> None:

@@ -70,9 +70,9 @@ def held(folder: Path, written: Mapping[str, Any], scene: Mapping[str, Any]) -> 
     return [*found, *_start(folder, written, scene)]
 
 
-def not_held(written: Mapping[str, Any], scene: Mapping[str, Any]) -> str:
+def not_held(written: Mapping[str, Any]) -> str:
     """Name the parts of a user-defined scene that are not compared."""
-    found = [NOT_HELD, *expanded.not_held(written, scene)]
+    found = [NOT_HELD, *expanded.not_held(written)]
     if not written["time_step"]["time_step_s"]:
         found.append("a time step that was not given")
     if written["contact"] == "hertz":

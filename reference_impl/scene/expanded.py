@@ -18,8 +18,6 @@ from scipy.special import ndtri
 
 Description = Mapping[str, Any]
 G = 9.81
-PLAIN = (0.0, 0.0, -G)
-"""Default gravity of a description."""
 SIDE_MM = 5.0
 """Thickness of a deck's side walls and back wall."""
 TAIL = 0.01
@@ -40,26 +38,18 @@ def in_full(written: Description, scene: Description) -> dict[str, Any]:
         if deck.get("periodic"):
             half = 0.5 * deck["width_mm"]
             found["periodic"] = {"axis": "y", "low_mm": -half, "high_mm": half}
-        if not _given_gravity(written, scene):
+        if deck["inclination_deg"]:
             found["gravity_m_per_s2"] = _gravity(deck)
     return found
 
 
-def not_held(written: Description, scene: Description) -> Iterator[str]:
+def not_held(written: Description) -> Iterator[str]:
     """List the parts of this description that could not be compared."""
     if any(s.get("mass_g") for s in written["spheres"]) or written.get("feed"):
         yield "numbers of spheres that follow from a mass or a rate"
     for feed in written.get("feed") or ():
         if feed["psd"]["file"]:
             yield f"sizes of {feed['name']}, which are in {feed['psd']['file']}"
-    if written.get("deck") and _given_gravity(written, scene) and tuple(written["gravity_m_per_s2"]) == PLAIN:
-        yield "gravity, which is not that of the deck's inclination: whether it was asked for is not in the description"
-
-
-def _given_gravity(written: Description, scene: Description) -> bool:
-    """Return whether the description's gravity is used with a deck: it is not the default, or the scene has the default."""
-    described = tuple(written["gravity_m_per_s2"])
-    return described != PLAIN or tuple(scene["gravity_m_per_s2"]) == PLAIN
 
 
 def _gravity(deck: Description) -> list[float]:

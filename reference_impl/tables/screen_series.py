@@ -36,16 +36,17 @@ def table(folder: Path, scene: Mapping[str, Any], every: pd.DataFrame, deck: int
             amount = every[of].fillna(0.0).to_numpy(float)
             columns[f"{product}_{name}"] = [math.fsum(amount[row]) for row in left]
     wall = screen_wall.of(scene, deck)
-    return pd.DataFrame(columns | (_of_wall(folder, scene, wall) if wall is not None else {}))
+    return pd.DataFrame(columns | (_of_wall(folder, scene, wall, deck) if wall is not None else {}))
 
 
-def _of_wall(folder: Path, scene: Mapping[str, Any], wall: dict[str, Any]) -> dict[str, list[float]]:
-    """Return the liquid on the screen [m3] and the pegged spheres of each class at every output.
+def _of_wall(folder: Path, scene: Mapping[str, Any], wall: dict[str, Any], deck: int) -> dict[str, list[float]]:
+    """Return the liquid on the screen with its cross wires [m3] and the pegged spheres of each class at every output.
 
     A sphere pegs if it is caught at this output and at all others of a period of the screen's motion that begins or ends there,
     or contains it, and has hardly moved along the screen from the first to the last of them.
     """
     of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
+    wires = np.isin(of.walls, [wall["name"], screen_wall.numbered(screen_wall.CROSS, deck)])
     caught = _Caught(folder, scene, wall, of)
     liquid: list[float] = []
     pegs: list[Floats] = []
@@ -58,7 +59,7 @@ def _of_wall(folder: Path, scene: Mapping[str, Any], wall: dict[str, Any]) -> di
         recent.append(caught.at(o))
         pegs.append(np.zeros(len(of.ids), bool))
         counted.append(~o.waits)
-        liquid.append(float(o.walls[of.walls.index(wall["name"])]))
+        liquid.append(math.fsum(o.walls[wires]))
         if length and len(recent) > length:
             moved = np.sqrt((box.nearest(recent[-1][0] - recent[0][0]) ** 2).sum(axis=1))
             stays = np.all([now for _, now in recent], axis=0) & (moved < 0.25 * caught.radius)

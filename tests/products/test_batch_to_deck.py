@@ -102,8 +102,17 @@ def test_a_batch_with_outlets_is_counted(tmp_path: Path) -> None:
 def test_what_is_no_batch_or_no_tracer_is_refused(tmp_path: Path) -> None:
     with raises_code("kinetics.no_batch"):
         kinetics.curves(made_batch(tmp_path / "inserted", inserted=True))
-    with raises_code("kinetics.no_batch"):
+    with raises_code("kinetics.no_batch", says="spheres through overs;"):
         kinetics.curves(made_batch(tmp_path / "overs", outlet=1))
+    spilled = made_batch(tmp_path / "spilled")
+    scene = json.loads((spilled / "scene.json").read_text())
+    scene["outlets"].append({**scene["outlets"][0], "name": "spilled_left", "product": None})
+    write_json(spilled / "scene.json", scene)
+    path = spilled / "history" / "retired.parquet"
+    gone = read_table(path)
+    write_table(gone.assign(outlet=gone["outlet"].where(gone["id"] > 3, 3)), path)
+    with raises_code("kinetics.no_batch", says="loses 3 spheres through spilled_left;"):
+        kinetics.curves(spilled)
     deck, other = made_up.make(tmp_path / "deck"), batch(tmp_path / "other", {"5 mm": 1.0})
     with raises_code("kinetics.other_classes"):
         batch_to_deck.predict([other], deck)

@@ -133,6 +133,22 @@ def test_a_deck_smaller_than_an_aperture_is_refused() -> None:
         pywet.Scene(**beads(deck={**DECK, "width_mm": 4}))
 
 
+def test_gravity_that_is_not_that_of_the_inclination_is_refused() -> None:
+    """15 deg rotate gravity to 9.81 (sin, 0, -cos) = (2.539, 0, -9.476) m/s2; a level deck may have any."""
+    sloped = {**DECK, "inclination_deg": 15}
+    for gravity in ([0, 0, -9.81], [0, 0, 0], [-2.539, 0, -9.476]):
+        with raises_code("config.inconsistent", says=r"inclination_deg 15, .*\(2.539, 0, -9.476\)"):
+            pywet.Scene(**beads(deck=sloped, gravity_m_per_s2=gravity))
+    tilted = 9.81 * np.array([math.sin(math.radians(15)), 0.0, -math.cos(math.radians(15))])
+    for deck, given, made in (
+        (sloped, {}, tilted),
+        (sloped, {"gravity_m_per_s2": [2.539, 0, -9.476]}, tilted),
+        (DECK, {"gravity_m_per_s2": [2.5, 0, -9.4]}, [2.5, 0.0, -9.4]),
+    ):
+        full = pywet.Scene(**beads(deck=deck, **given)).in_full()
+        assert full.gravity_m_per_s2 == pytest.approx(made, rel=1e-12)
+
+
 def scene(**changes: Any) -> pywet.Scene:
     """Dry and soft, so that steps are long."""
     glass = {"glass": {"density_kg_per_m3": 2500, "stiffness_N_per_m": 200, "restitution": 0.5}}

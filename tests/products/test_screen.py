@@ -5,15 +5,19 @@ from __future__ import annotations
 import json
 import math
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
+import pywet
+from pywet.cases.custom import building
 from pywet.cli import ending
 from pywet.cli import plant as cli_plant
 from pywet.cli.app import app
@@ -24,10 +28,12 @@ from pywet.products.partition import partition_curve, separation, size_at
 from pywet.report import page, screen_page
 from pywet.runs.rundir import RunDir
 from pywet.scene import Insertion, Vibration
+from reference_impl.replay import io
 from reference_impl.tables import period, plant, screen_series, screen_wall
 from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
 from tests.products import made_up
+from tests.sweep.files import EXAMPLES
 
 MASS = [2500.0 * math.pi / 6.0 * (1e-3 * d) ** 3 for d in made_up.SIZES_MM]
 
@@ -240,6 +246,25 @@ def test_a_batch_case_by_hand(tmp_path: Path) -> None:
     assert found["throughput_t_per_h"]["unders"] == pytest.approx(3.6 * 2 * mass[1] / 0.015)
     assert found["throughput_t_per_h_m2"]["unders"] == pytest.approx(3.6 * 2 * mass[1] / 0.015 / 0.04**2)
     assert reference_objects(folder) == []
+
+
+def test_liquid_on_a_screen_is_that_on_its_cross_wires_too(tmp_path: Path) -> None:
+    """At the last output 0.75e-9 m3 are on the wires, 0.5e-9 on the third wall, here the cross wires of a second deck."""
+    folder = synthetic.make(tmp_path / "run")
+    names = {"wires": "screen_2", "collecting_bin": "cross_wires_2"}
+    for path in (folder / "history" / "triangles.parquet", folder / "mesh_motion.parquet"):
+        table = pd.read_parquet(path)
+        table.assign(mesh=table["mesh"].replace(names)).to_parquet(path, index=False)
+    scene = json.loads((folder / "scene.json").read_text())
+    for wall in scene["walls"]:
+        wall["name"] = names.get(wall["name"], wall["name"])
+    (folder / "scene.json").write_text(json.dumps(scene))
+    run = RunDir(folder)
+    flow = replace(streams.read(run), deck=2)
+    found = screening_report.time_series(run, flow)["screen_liquid_m3"]
+    assert 1e9 * found.to_numpy() == pytest.approx([0.0, 0.0, 1.25], rel=1e-12)
+    of = screen_series.table(folder, io.scene(folder), plant.spheres(folder, io.scene(folder), 1), 2)
+    assert 1e9 * of["screen_liquid_m3"].to_numpy() == pytest.approx([0.0, 0.0, 1.25], rel=1e-12)
 
 
 def test_the_command_prints_five_numbers(made: Path) -> None:
@@ -571,3 +596,15 @@ def test_sizes_that_were_not_simulated_are_named_with_the_numbers(tmp_path: Path
     line = "feed ore was simulated without 16 % of its mass finer: the numbers are those of the rest"
     assert line in done.output.splitlines() and "feed other" not in done.output
     assert "Feed ore was simulated without 16 %" in (folder / "screen.html").read_text()
+
+
+def test_sizes_left_out_of_a_sieve_analysis_are_those_of_the_run(tmp_path: Path) -> None:
+    """Of 20 % between 2 and 4 mm, half is finer than sqrt(8) mm by logarithm; another file of that name changes nothing."""
+    file = tmp_path / "sieves.csv"
+    file.write_text("2,4,20\n4,6,75\n6,8,5\n")
+    given = yaml.safe_load((EXAMPLES / "scenes" / "deck.yaml").read_text())
+    given["feed"][0]["psd"] = {"file": "sieves.csv", "smallest_mm": math.sqrt(8.0), "largest_mm": 6}
+    building.write(pywet.Scene(**given, folder=tmp_path), tmp_path / "run")
+    file.write_text("4,6,100\n")
+    line = "feed ore was simulated without 10 % of its mass finer and 5 % of its mass coarser: the numbers are those of the rest"
+    assert screen_page.left_out(tmp_path / "run") == [line]

@@ -21,6 +21,7 @@ from pywet.products.size_classes import SizeDistribution
 from pywet.scene import Insertion
 from reference_impl.scene import check
 from tests.cases.custom.conftest import beads
+from tests.reference_impl.injected_files import put
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples" / "scenes").glob("*.yaml"))
@@ -68,10 +69,11 @@ def test_no_false_alarm_on_feeds_and_decks(tmp_path: Path, psd: str) -> None:
     assert any("which are in sieves.csv" in s for s in found.not_checked) == (psd == "a file")
 
 
-def test_plain_gravity_beside_an_inclined_deck_is_reported_not_to_be_judged(tmp_path: Path) -> None:
-    building.write(example("deck", gravity_m_per_s2=[0, 0, -9.81]), tmp_path)
-    found = check.check(tmp_path)
-    assert found.findings == [] and any("gravity, which is not that of the deck" in s for s in found.not_checked)
+def test_plain_gravity_with_an_inclined_deck_is_found(tmp_path: Path) -> None:
+    """The description of an inclined deck has the default, whose place the inclination takes."""
+    building.write(example("deck"), tmp_path)
+    put("gravity_m_per_s2", [0.0, 0.0, -9.81], "scene.json")(tmp_path)
+    assert any("gravity_m_per_s2.x is 0" in f["sentence"] for f in check.check(tmp_path).findings)
 
 
 @pytest.mark.parametrize("name", ["漏斗", "Rüttelsieb 2", "2nd", "x" * 41, "deck"])

@@ -12,9 +12,10 @@ import yaml
 
 import pywet
 from pywet import shipped
+from pywet.cases.custom.building import Building
 from pywet.config.dotted_keys import dotted, filled, holds
 from pywet.errors import ConfigError
-from pywet.sweep import constraints, plan, points, run_numbers
+from pywet.sweep import constraints, costs, plan, points, run_numbers
 from pywet.sweep.description import Axis
 from tests.error_codes import raises_code
 from tests.sweep.files import EXAMPLES, WALL, write
@@ -184,9 +185,18 @@ def test_the_first_sweep_of_the_documentation_is_checked_as_a_new_user_does(tmp_
     file = next(path for path in shipped.begin(tmp_path / "mysweep", "sweep") if path.name == "small_drum.yaml")
     assert block is not None and yaml.safe_load(block[1]) == yaml.safe_load(file.read_text())
     asked = plan.read(file, tmp_path / "out", tmp_path / "store")
-    costs = asked.cost()
-    assert len(asked.runs) == len(costs) == 24
-    assert sum(cost.seconds for _, cost in costs) < 360.0
+    predicted = asked.cost()
+    assert len(asked.runs) == len(predicted) == 24
+    assert sum(cost.seconds for _, cost in predicted) < 360.0
+
+
+@pytest.mark.parametrize(("name", "outputs"), [("deck", 125), ("drum", 50)])
+def test_the_prediction_has_the_outputs_of_the_run(name: str, outputs: int) -> None:
+    """A deck of 2.5 s stores an output every 0.02 s, as it has outlets; a drum fifty."""
+    scene = pywet.read_scene(EXAMPLES / "scenes" / f"{name}.yaml")
+    asked = scene.results.model_copy(update={"interval_s": scene.duration_s / outputs})
+    assert scene.results.interval_s is None and len(Building(scene).scene().output_steps) == 1 + outputs
+    assert costs.of_scene(Building(scene)) == costs.of_scene(Building(scene.with_(results=asked)))
 
 
 def test_results_of_a_deck_have_names() -> None:

@@ -49,7 +49,7 @@ from pywet.planning.size_distribution import amounts as whole_amounts
 from pywet.planning.surroundings import Surroundings
 from pywet.planning.time_steps import hertz_lines
 from pywet.products import until
-from pywet.products.feed import entry_names
+from pywet.products.feed import LEFT_OUT, entry_names, shares_left_out
 from pywet.products.feed import sentence as feed_sentence
 from pywet.products.outlets import refuse_thin, with_reach
 from pywet.runs.rundir import placed
@@ -277,7 +277,7 @@ class Building:
 
     @property
     def interval(self) -> float:
-        """Default time between outputs [s]: a fiftieth of the duration, or less if the scene has outlets."""
+        """Default time between outputs [s]: a fiftieth of the duration, with outlets at most `OUTLET_EVERY_S`."""
         scene = self.user_scene
         return min(scene.duration_s / 50.0, OUTLET_EVERY_S if scene.outlets else math.inf)
 
@@ -374,7 +374,9 @@ def write(user_scene: Scene, run_dir: Path, blocks: int | None = None) -> typed.
         notice.warning("%s: %s", user_scene.name, COUNT_FROM.format(*made.origin_mm))
     write_initial(scene, made.surfaces, made.spheres, run_dir)
     write_json(run_dir / "plan.json", made.plan.as_dict())
-    write_json(run_dir / "description.json", {**user_scene.model_dump(mode="json"), "origin_mm": made.origin_mm})
+    left_out = {feed.name: shares_left_out(feed.psd.sizes(user_scene.folder)) for feed in user_scene.feed}
+    more = {"origin_mm": made.origin_mm, **({LEFT_OUT: left_out} if left_out else {})}
+    write_json(run_dir / "description.json", user_scene.model_dump(mode="json") | more)
     remove(run_dir, "config.json")  # left by a screening case that was built here before
     return scene
 

@@ -30,6 +30,8 @@ from pywet.util.notices import notice
 WALLS = "walls"
 """Name of all walls in a contact; walls are one material in the engine."""
 PRESET = {"tolerance": {"value": 0.01, "source": "assumption", "reason": "one per cent of the larger"}}
+ROUNDED_M_PER_S2 = 1e-3
+"""Rounding of a gravity that is given together with the inclination of a deck."""
 WATER = {"surface_tension_N_per_m": 0.0728, "viscosity_Pa_s": 1e-3, "density_kg_per_m3": 1000.0}
 Angle = Annotated[float, Field(ge=0, lt=90)]
 Percent = Annotated[float, Field(ge=0, le=MOST_PERCENT)]
@@ -281,7 +283,7 @@ class Results(Excusable):
     """Interval at which results are written, and sampling windows in which every contact is recorded for the replay."""
 
     interval_s: Positive | None = None
-    """Interval between outputs; by default a fiftieth of the duration."""
+    """Interval between outputs; by default a fiftieth of the duration, at most 0.02 s with outlets."""
     windows: Annotated[int, Field(ge=0, le=1000)] = 20
     """Number of sampling windows; 0: forces and motion are not replayed."""
     window_steps: Annotated[int, Field(ge=1, le=100_000)] = 2
@@ -375,6 +377,7 @@ class Scene(Excusable):
         wrong += _alike("spheres", [s.name for s in self.spheres]) + _alike("feed", [f.name for f in self.feed])
         if self.periodic and self.deck and self.deck.periodic:
             wrong.append("no periodic together with a deck with periodic: true")
+        wrong += self._wrong_gravity()
         if (self.outlets or self.deck) and self.results.checkpoints == 0:
             wrong.append("results.checkpoints of at least 1 together with outlets: spheres leave at checkpoints")
         if self.deck and (self.results.interval_s or 0.0) > OUTLET_EVERY_S:
@@ -399,6 +402,18 @@ class Scene(Excusable):
         if wrong:
             raise ValueError("; ".join(wrong))
         return self
+
+    def _wrong_gravity(self) -> list[str]:
+        """List a gravity that is not that of the deck's inclination."""
+        if self.deck is None or not self.deck.inclination_deg or "gravity_m_per_s2" not in self.model_fields_set:
+            return []
+        made = self.deck.gravity
+        if max(abs(a - b) for a, b in zip(self.gravity_m_per_s2, made, strict=True)) < ROUNDED_M_PER_S2:
+            return []
+        x, y, z = (f"{g:.4g}" for g in made)
+        return [
+            f"no gravity_m_per_s2 with deck.inclination_deg {self.deck.inclination_deg:g}, which makes it ({x}, {y}, {z})"
+        ]
 
     def _wrong_until(self) -> list[str]:
         """List what is missing for a run that ends with a known partition."""
@@ -468,7 +483,7 @@ class Scene(Excusable):
             changes["outlets"] = (*(_made(Outlet, one, "deck") for one in deck.outlets()), *self.outlets)
             if deck.periodic:
                 changes["periodic"] = _made(Periodic, deck.strip, "deck")
-            if "gravity_m_per_s2" not in self.model_fields_set:
+            if deck.inclination_deg or "gravity_m_per_s2" not in self.model_fields_set:
                 changes["gravity_m_per_s2"] = deck.gravity
         return self.with_(**changes)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.cases.screening import verdict
+from pywet.products.feed import LEFT_OUT
 from pywet.runs.loaded import Run
 from pywet.runs.rundir import RunDir
 from pywet.runs.spread import with_interval
@@ -27,8 +28,9 @@ def of_scene(folder: Path) -> list[Run]:
 
 
 def but_seed(folder: Path) -> dict[str, Any]:
-    """Return the description of a run without its seed and its location; empty without a description."""
-    return {key: value for key, value in RunDir(folder).description.items() if key not in ("seed", "file", "folder")}
+    """Return the description of a run without its seed, its location and what follows from it; empty without a description."""
+    less = ("seed", "file", "folder", LEFT_OUT)
+    return {key: value for key, value in RunDir(folder).description.items() if key not in less}
 
 
 def over(values: Sequence[float], digits: int = 4) -> str:
