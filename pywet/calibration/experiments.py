@@ -122,10 +122,9 @@ class Experiment:
     def built(self, settings: Mapping[str, float], seed: int = 0) -> Any:
         """Build the experiment with these values of its keys; the seed is added to that of the scene's file."""
         content = filled(self.content, {key: v for key, v in settings.items() if holds(self.content, key)})
-        if self.random_start:
-            content["seed"] = content.get("seed", 1) + seed
         try:
-            return KINDS[self.kind].build(content, self.file)
+            made = KINDS[self.kind].build(content, self.file)
+            return made.with_(seed=made.seed + seed) if self.random_start else made
         except PywetError as error:
             cure = f"with {_text(settings)}: fix the bounds of the parameters"
             raise ConfigError(

@@ -3,11 +3,14 @@
 Rule (the pinned packages contain no Gaussian process): candidates are a Sobol set in the ranges of the axes. The
 score of a candidate is its distance to the nearest point in the unit cube, times 1 + the difference of a linear and a
 cubic radial-basis interpolation of the means there over their standard deviation. The best candidate then counts as a
-point with its cubic value before the next is chosen, so that several points are spread out.
+point with its cubic value before the next is chosen, so that several points are spread out. So does a candidate that the
+base refuses, which is not added.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +22,10 @@ from scipy.stats import qmc
 
 from pywet.errors import ConfigError, PywetError
 from pywet.sweep.constraints import Constraint
-from pywet.sweep.description import Axis, Point, parsed
-from pywet.sweep.plan import ADDED, Plan
+from pywet.sweep.description import Axis, Point, Value, parsed
+from pywet.sweep.plan import ADDED, Plan, Run
+from pywet.sweep.points import Numbered
+from pywet.sweep.script_base import PREFIX
 from pywet.sweep.table import DONE
 from pywet.util.files import write_json
 
@@ -30,12 +35,19 @@ SAME = 1e-9
 """Distance in the unit cube below which a candidate is a point already."""
 FEWEST = 2
 """Number of points with results, in excess of the number of axes, required before others can be chosen."""
+TRIES = 8
+"""Largest number of candidates that are checked for each requested point."""
 
 
-def add(plan: Plan, made: pd.DataFrame, count: int) -> Path:
-    """Write the next points into the sweep's folder, which adds them to the sweep."""
+def extended(plan: Plan, made: pd.DataFrame, count: int) -> Plan:
+    """Return the sweep with the next points, each checked; `write` adds them to the sweep of later calls."""
+    return replace(plan, chosen=(*plan.added, *_next(plan, made, count)))
+
+
+def write(plan: Plan) -> Path:
+    """Write the added points into the sweep's folder, which adds them to the sweep."""
     path = plan.folder / ADDED
-    write_json(path, [*plan.added, *_next(plan, made, count)])
+    write_json(path, plan.added)
     return path
 
 
@@ -50,7 +62,18 @@ def _next(plan: Plan, made: pd.DataFrame, count: int) -> list[Point]:
             code="sweep.few_points", key=result, given=len(means), expected=len(axes) + FEWEST, where=plan.file,
         )  # fmt: skip
     places = _shares(axes, means[[*axes]].to_numpy(float))
-    return least_known(places, means[result].to_numpy(float), count, axes, parsed(plan.sweep, plan.file))
+    rules = parsed(plan.sweep, plan.file)
+    return least_known(places, means[result].to_numpy(float), count, axes, rules, lambda point: _accepted(plan, point))
+
+
+def _accepted(plan: Plan, point: Point) -> bool:
+    """Return whether a point can be run with all its seeds, checked as the points of the file are."""
+    try:
+        runs = [Run(Numbered(0, point), seed, plan.kind.built(point, seed)) for seed in range(plan.sweep.seeds)]
+        plan.cost_of(runs[0])
+    except PywetError:
+        return False
+    return True
 
 
 def _axes(plan: Plan) -> dict[str, Axis]:
@@ -65,8 +88,24 @@ def _axes(plan: Plan) -> dict[str, Axis]:
                 file=plan.file, code="sweep.axis_range", key=f"axes.{key}",
             )  # fmt: skip
         low, high = min(map(float, values)), max(map(float, values))  # type: ignore[arg-type]
-        found[key] = Axis(low=low, high=high, log=axis.logarithmic, whole=axis.whole)
+        whole = axis.whole or (not axis.is_range and _integer(plan, key, values))
+        found[key] = Axis(low=low, high=high, log=axis.logarithmic, whole=whole)
     return found
+
+
+def _integer(plan: Plan, key: str, values: Sequence[Value | None]) -> bool:
+    """Return whether the base refuses a fraction between listed integers; for variables of a script, whether all are integers."""
+    if key.startswith(PREFIX) and plan.sweep.base.script is not None:
+        return all(isinstance(value, int) for value in values)
+    least = min(map(float, values))  # type: ignore[arg-type]
+    if not all(float(value).is_integer() for value in values):  # type: ignore[arg-type]
+        return False
+    there = next((point.values for point in plan.points if point.values[key] == least), plan.points[0].values)
+    try:
+        plan.kind.built({**there, key: least + 0.5}, 0)
+    except PywetError:
+        return True
+    return False
 
 
 def _shares(axes: dict[str, Axis], values: Floats) -> Floats:
@@ -81,11 +120,12 @@ def _shares(axes: dict[str, Axis], values: Floats) -> Floats:
 
 
 def least_known(
-    places: Floats, values: Floats, count: int, axes: dict[str, Axis], rules: list[Constraint]
-) -> list[Point]:
+    places: Floats, values: Floats, count: int, axes: dict[str, Axis], rules: list[Constraint],
+    accepted: Callable[[Point], bool] = lambda point: True,
+) -> list[Point]:  # fmt: skip
     """Return the given number of points, the least certain first, among candidates that satisfy the constraints.
 
-    There are fewer where all whole numbers of the ranges are points already.
+    There are fewer where all whole numbers of the ranges are points already, or where most candidates are not accepted.
     """
     shares = qmc.Sobol(len(axes), rng=1).random(CANDIDATES)
     points = [{key: axis.at(float(u)) for (key, axis), u in zip(axes.items(), row, strict=True)} for row in shares]
@@ -97,14 +137,15 @@ def least_known(
         )  # fmt: skip
     candidates = _shares(axes, np.array([[float(points[k][key]) for key in axes] for k in allowed]))
     chosen: list[Point] = []
-    for _ in range(min(count, len(allowed))):
+    for _ in range(min(TRIES * count, len(allowed))):
         cubic = RBFInterpolator(places, values, kernel="cubic", degree=1)(candidates)
         linear = RBFInterpolator(places, values, kernel="linear", degree=0)(candidates)
         distance = np.asarray(cKDTree(places).query(candidates)[0])
         score = distance * (1.0 + np.abs(cubic - linear) / max(float(values.std()), 1e-300))
         best = int(score.argmax())
-        if distance[best] < SAME:
+        if len(chosen) == count or distance[best] < SAME:
             break
-        chosen.append(points[allowed[best]])
+        if accepted(points[allowed[best]]):
+            chosen.append(points[allowed[best]])
         places, values = np.vstack([places, candidates[best]]), np.append(values, cubic[best])
     return chosen

@@ -110,8 +110,8 @@ class OfScene(Kind):
 
     def built(self, values: Point, seed: int) -> Built:
         content = filled(self.content, values)
-        content["seed"] = content.get("seed", 1) + seed
         scene = description.Scene(**{**content, "folder": self.file.parent, "file": self.file})
+        scene = scene.with_(seed=scene.seed + seed)
         placed_laws(scene.laws, scene.folder, self.trust)
         return Built(f"scene-{commands.fingerprint(scene)}", scene)
 

@@ -27,6 +27,15 @@ from pywet.sweep.description import Point
 
 PARTS: dict[str, type[BaseModel]] = {"config": Settings, "materials": Materials, "scales": Scales, "case": Case}
 """First word of a key -> its file; `scale` is the scale that is run."""
+NOT_AXES = {
+    "config.scale": "scale in base, in one file for each scale",
+    "config.cases": "case in base, in one file for each case",
+    "case.case": "case in base, in one file for each case",
+    "config.seeds": "the key seeds of the sweep",
+    "config.ranks": "the option --ranks",
+    "config.both_presets": "the axis laws.preset",
+}
+"""Keys that choose which runs are carried out, and change none of them -> where a sweep chooses that."""
 
 
 class OfCase(Kind):
@@ -57,7 +66,21 @@ class OfCase(Kind):
         return self.base.scale or self.config.settings.scale
 
     def key(self, axis: str) -> str:
-        """Return the dotted path of an axis including its file; a key that is in one file only needs no file name."""
+        """Return the dotted path of an axis including its file; a key that would not change the run is refused."""
+        path = self._path(axis)
+        cure = next((cure for key, cure in NOT_AXES.items() if f"{path}.".startswith(f"{key}.")), None)
+        *scales, name = path.split(".")[:3]
+        if scales == ["scales", "scales"] and name != self.scale:
+            cure = f"a key of scale {self.scale}, which is run"
+        if cure is not None:
+            raise ConfigError(
+                f"the axis {axis} does not change a run of case {self.number}; expected {cure}",
+                code="config.inconsistent", key=f"axes.{axis}", expected=cure,
+            )  # fmt: skip
+        return path
+
+    def _path(self, axis: str) -> str:
+        """Return the dotted path of an axis; a key that is in one file only needs no file name."""
         path = dotted(axis)
         first, _, rest = path.partition(".")
         if first == "scale" and rest:

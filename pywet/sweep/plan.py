@@ -46,10 +46,14 @@ class Plan:
     kind: Kind
     store: Store
     folder: Path
+    chosen: tuple[Point, ...] | None = None
+    """Points that adaptive sampling has added, before they are in the folder; None: those in the folder."""
 
     @property
     def added(self) -> list[Point]:
         """Return the points that adaptive sampling has added to the sweep."""
+        if self.chosen is not None:
+            return [*self.chosen]
         path = self.folder / ADDED
         found = list(read_if_there(path, "remove the file", list[dict[str, description.Value]]) or [])
         if any(point.keys() != self.sweep.axes.keys() for point in found):

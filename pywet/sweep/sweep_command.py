@@ -39,11 +39,14 @@ def carry_out(asked: Plan, cores: int, ranks: int, more: int, say: Say) -> pd.Da
     made = _run(asked, missing, cores, ranks, say)
     if more:
         before = len(asked.added)
-        adaptive.add(asked, made, more)
-        asked = plan.Plan(asked.file, asked.sweep, asked.kind, asked.store, asked.folder)
+        asked = adaptive.extended(asked, made, more)
         if (added := len(asked.added) - before) < more:
-            say(f"{added} of {more} points are added: all others between the ends of the axes are points already")
-        made = _run(asked, check(asked, cores, say), cores, ranks, say)
+            say(
+                f"{added} of {more} points are added: others between the ends of the axes are points already or cannot be run"
+            )
+        missing = check(asked, cores, say)
+        adaptive.write(asked)
+        made = _run(asked, missing, cores, ranks, say)
     for line in finish(asked, made):
         say(line)
     return made

@@ -238,6 +238,13 @@ def test_runs_that_no_polynomial_follows_are_reported(
     assert any("do not follow the polynomial" in line for line in lines)
 
 
+def test_a_seed_of_a_scene_that_is_no_number_is_one_sentence(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text((EXAMPLES / "calibrations" / "small_drum.yaml").read_text() + "\nseed: one\n")
+    with raises_code("calibration.bounds", "scene.yaml: seed is 'one', expected"):
+        experiments.Experiment.read("scene", file, {}).built({}, 1)
+
+
 def test_the_answer_to_another_question_is_renamed(tmp_path: Path) -> None:
     """The same file again replaces its answer; another file, or an answer that cannot be read, keeps the first under a number."""
     out, lines = tmp_path / "out", list[str]()

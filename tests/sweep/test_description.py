@@ -104,6 +104,18 @@ def test_a_mistake_at_point_17_names_the_combination_before_the_start(tmp_path: 
     assert "\n" not in str(caught.value) and not (tmp_path / "store").exists()
 
 
+@pytest.mark.parametrize(("seed", "code"), [("one", "config.value"), (None, "config.value"), (True, "config.switch")])
+def test_a_seed_of_a_scene_that_is_no_number_is_one_sentence(tmp_path: Path, seed: Any, code: str) -> None:
+    """That of the scene, for every seed of the point."""
+    scene = yaml.safe_load((EXAMPLES / "sweeps" / "small_drum_scene.yaml").read_text())
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump({**scene, "seed": seed}))
+    content = {"name": "drum", "base": {"scene": "scene.yaml"}, "axes": {"liquid.percent": [1.0]}, "seeds": 2}
+    asked = plan.read(write(tmp_path, {**content, "gather": ["ruptures"]}), tmp_path / "out", tmp_path / "store")
+    with raises_code(code, re.escape("scene.yaml: seed is ")) as caught:
+        _ = asked.runs
+    assert "\n" not in str(caught.value)
+
+
 def test_several_mistakes_are_listed_with_their_points(tmp_path: Path) -> None:
     """The first five, each with its first point; the others are counted."""
     content = {**WALL, "axes": {"friction": [0.1, *range(11, 18)], "normal_velocity_m_per_s": [1.0, 2.0]}}

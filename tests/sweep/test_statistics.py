@@ -11,11 +11,11 @@ import pytest
 from scipy import stats
 from scipy.stats import qmc
 
-from pywet.sweep import adaptive, figures, plan, significance, surface
-from pywet.sweep.description import Axis, Sweep
+from pywet.sweep import adaptive, costs, figures, plan, running, significance, surface, sweep_command
+from pywet.sweep.description import Axis, Base, Sweep
 from pywet.sweep.table import DONE, FAILED
 from tests.error_codes import raises_code
-from tests.sweep.files import WALL, write
+from tests.sweep.files import EXAMPLES, WALL, write
 
 AXES = {"a": [0.0, 1.0, 2.0], "b": [0.0, 1.0], "law": ["x", "y"]}
 
@@ -176,8 +176,6 @@ def test_next_points_follow_the_stated_rule() -> None:
 
 
 def test_adaptive_points_belong_to_the_sweep(tmp_path: Path) -> None:
-    from pywet.sweep import sweep_command
-
     axes = {"friction": {"low": 0.05, "high": 0.4}, "liquid.viscosity_Pa_s": {"low": 1e-3, "high": 1e-2, "log": True}}
     content = {**WALL, "axes": axes, "design": {"sobol": 8}, "constraints": ["friction < 0.3"]}
     file = write(tmp_path, content)
@@ -193,6 +191,45 @@ def test_adaptive_points_belong_to_the_sweep(tmp_path: Path) -> None:
     )
     with raises_code("sweep.axis_range", key="axes.variant"):
         sweep_command.carry_out(text, 1, 1, 1, lambda line: None)
+
+
+def test_a_point_that_cannot_be_run_is_not_added(tmp_path: Path) -> None:
+    """The largest gap is at the corner of the file's grid that has no toroid; another call begins as before."""
+    axes = {"liquid.contact_angle_deg": [15, 50, 85], "liquid.half_filling_angle_deg": [40, 65, 90]}
+    content = {**WALL, "axes": axes, "constraints": ["contact_angle_deg < 85 or half_filling_angle_deg < 90"]}
+    content["gather"] = ["e_n"]
+    asked = plan.read(write(tmp_path, content), tmp_path / "out", tmp_path / "store")
+    made = sweep_command.carry_out(asked, 1, 1, 3, lambda line: None)
+    new = made.iloc[8:]
+    assert len(new) == 3 and new["e_n"].notna().all() and (new[[*axes]].sum(axis=1) <= 170.0).all()
+    assert len(plan.read(asked.file, tmp_path / "out", tmp_path / "store").runs) == 11
+
+
+def test_points_beyond_the_limit_are_not_added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A refused call leaves a sweep that the next call finds complete."""
+    content = {**WALL, "axes": {**WALL["axes"], "friction": [0.1, 0.2, 0.3]}}
+    asked = plan.read(write(tmp_path, content), tmp_path / "out", tmp_path / "store")
+    running.carry_out(asked, asked.runs)
+    monkeypatch.setattr(costs, "COLLISION", costs.Cost(1e9, 0.0))
+    with raises_code("sweep.too_much"):
+        sweep_command.carry_out(asked, 1, 1, 2, lambda line: None)
+    assert plan.read(asked.file, tmp_path / "out", tmp_path / "store").missing == []
+
+
+def test_listed_numbers_of_spheres_become_whole_numbers(tmp_path: Path) -> None:
+    """A count has no fraction, also written as 20.0; a speed of rotation has, also where all listed ones are integers."""
+    base = {"scene": str(EXAMPLES / "sweeps" / "small_drum_scene.yaml")}
+    axes = {"spheres.0.count": {"linspace": [10, 40, 4]}, "walls.mantle.turns.turns_per_minute": [10, 40, 70]}
+    content = {"name": "drum", "base": base, "axes": axes, "gather": ["ruptures"]}
+    asked = plan.read(write(tmp_path, content), tmp_path / "out", tmp_path / "store")
+    rows = [{"point": p.number, **p.values, "ruptures": float(p.number), "status": DONE} for p in asked.points]
+    found = adaptive.extended(asked, pd.DataFrame(rows), 3)
+    new = pd.DataFrame([p.values for p in found.points[len(rows) :]])
+    assert len(new) == 3 and len(found.runs) == len(rows) + 3
+    assert all(isinstance(count, int) for count in new["spheres.0.count"].tolist())
+    assert not all(speed.is_integer() for speed in new["walls.mantle.turns.turns_per_minute"])
+    script = plan.Plan(asked.file, asked.sweep.model_copy(update={"base": Base(script="in")}), *([None] * 3))  # type: ignore[arg-type]
+    assert [adaptive._integer(script, "script.n", values) for values in ([10, 20], [10, 20.0])] == [True, False]
 
 
 def test_a_figure_has_means_and_intervals_of_the_table(sweep: Sweep) -> None:
