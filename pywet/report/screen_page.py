@@ -177,7 +177,7 @@ def _more(numbers: dict[str, Any]) -> dict[str, str]:
         "size that parts undersize from oversize": ("reference_mm", 1.0, " mm"),
         "undersize recovery": ("undersize_recovery", 100.0, " %"), "oversize recovery": ("oversize_recovery", 100.0, " %"),
         "purity of the unders": ("unders_purity", 100.0, " %"), "purity of the overs": ("overs_purity", 100.0, " %"),
-        "misplaced, of the feed": ("misplaced", 100.0, " %"),
+        "misplaced, of both products": ("misplaced", 100.0, " %"),
     }  # fmt: skip
     found = {
         name: shown(numbers[key] if numbers[key] is None else factor * numbers[key], unit)
