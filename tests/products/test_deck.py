@@ -368,10 +368,10 @@ def test_smaller_spheres_pass_and_larger_do_not(tmp_path: Path, mesh: str) -> No
     through = pd.Series(names == "unders", dtype=bool).groupby(gone["type"].to_numpy()).sum()
     given = Deck(**deck)
     free_mm = 4.0 - 3.2
-    chance = (free_mm / 5.0) ** 2
+    probability = (free_mm / 5.0) ** 2
     if given.is_plate:
         hole_mm2 = free_mm**2 * (math.pi / 4 if mesh == "punched_round" else 1.0)
-        chance = len(given.punching(given).centres) * hole_mm2 / (30 * 20)
-    assert through.get(1, 0) >= 24 * (1 - (1 - chance) ** 9) and through.get(2, 0) == 0
+        probability = len(given.punching(given).centres) * hole_mm2 / (30 * 20)
+    assert through.get(1, 0) >= 24 * (1 - (1 - probability) ** 9) and through.get(2, 0) == 0
     if given.is_plate:
         assert pywet.screen(tmp_path, from_s=0.0)["apertures"] == len(given.punching(given).centres)
