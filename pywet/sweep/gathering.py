@@ -51,6 +51,11 @@ def _subject(plan: Plan, run: Run, numbers: Numbers) -> Any:
     return plan.kind.subject(plan.store.place(run.built.name)) if plan.kind.engine else dict(numbers)
 
 
+def stored_names(plan: Plan) -> list[str]:
+    """Return the names under which the results of functions are stored."""
+    return [_function(plan, function)[0] for function in plan.gather if isinstance(function, Function)]
+
+
 def _function(plan: Plan, function: Function) -> tuple[str, Callable[[Any], float]]:
     """Return the name under which a function's result is stored, with the digest of its file, and the function."""
     name = path_of(plan.file, function)

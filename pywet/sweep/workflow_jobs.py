@@ -6,23 +6,25 @@ A job's name contains point, seed and fingerprint, so that a job on a cluster fi
 from __future__ import annotations
 
 import hashlib
+import json
 import math
+from functools import cached_property
 from pathlib import Path
 
 from pywet.cost import needs
 from pywet.errors import PywetError
-from pywet.sweep import plan, running, sweep_command, sweep_folder, table
+from pywet.sweep import gathering, plan, running, sweep_command, sweep_folder, table
 from pywet.sweep.costs import Cost
 from pywet.sweep.plan import Plan, Run
 from pywet.util.files import write_json
 
-ALL = "all"
-"""Name of the only job of a sweep without an engine."""
+ALL = "all-"
+"""Beginning of the name of the only job of a sweep without an engine; the digest of its runs follows."""
 LEAST_MB = 1500
 
 
 class Jobs:
-    """Jobs of a sweep's file; each property is computed on access, since every job reads the Snakefile again."""
+    """Jobs of a sweep's file; properties are computed on access, since every job reads the Snakefile again."""
 
     def __init__(self, file: Path) -> None:
         self.plan: Plan = plan.read(file)
@@ -32,19 +34,25 @@ class Jobs:
     def folder(self) -> Path:
         return self.plan.folder
 
+    @cached_property
     def missing(self) -> list[str]:
         """Return the names of the missing jobs after a check of the whole sweep; raises for a wrong point or too high cost."""
         costs = self.plan.cost()
         plan.refuse_too_much(self.plan, costs)
         if not self.plan.kind.engine:
-            return [ALL] if costs else []
+            return [ALL + _digest(*(run.built.name for run, _ in costs))] if costs else []
         return [f"{run.point.number}-{run.seed}-{_word(run)}" for run, _ in costs]
 
     @property
+    def files(self) -> list[str]:
+        """Return the files that the missing jobs write when they are done."""
+        return [f"{self.folder}/jobs/{job}.json" for job in self.missing]
+
+    @property
     def word(self) -> str:
-        """Return the digest of all runs and gathered results: table and page are rebuilt when it changes."""
+        """Return the digest of all runs, gathered results and their functions: table and page are rebuilt when it changes."""
         names = [run.built.name for run in self.plan.runs]
-        return hashlib.sha256(f"{names} {self.plan.sweep.model_dump_json()}".encode()).hexdigest()[:16]
+        return _digest(*names, self.plan.sweep.model_dump_json(), *gathering.stored_names(self.plan))
 
     def _run(self, job: str) -> Run:
         number, seed, word = job.split("-")
@@ -58,8 +66,10 @@ class Jobs:
 
     def _cost(self, job: str) -> Cost:
         if job not in self._costs:
-            total = sum(c.seconds for _, c in self.plan.cost()) if job == ALL else 0.0
-            self._costs[job] = Cost(total, 0.0) if job == ALL else self.plan.cost_of(self._run(job))
+            if job.startswith(ALL):
+                self._costs[job] = Cost(sum(c.seconds for _, c in self.plan.cost()), 0.0)
+            else:
+                self._costs[job] = self.plan.cost_of(self._run(job))
         return self._costs[job]
 
     def memory_mb(self, job: str, attempt: int) -> int:
@@ -75,7 +85,7 @@ class Jobs:
 
     def run(self, job: str, done: Path) -> None:
         """Execute a job and write the number of runs with results; a failed run does not fail the job."""
-        runs = self.plan.missing if job == ALL else [self._run(job)]
+        runs = self.plan.missing if job.startswith(ALL) else [self._run(job)]
         sweep_folder.claim(self.folder, self.plan.file)
         good = sum(running.do(self.plan.kind, run, self.plan.store) for run in runs)
         write_json(done, {"runs": len(runs), "with_results": good})
@@ -93,9 +103,14 @@ class Jobs:
         for run in self.plan.missing:
             (self.folder / "jobs" / f"{run.point.number}-{run.seed}-{_word(run)}.json").unlink(missing_ok=True)
         if len(failed):
-            (self.folder / "jobs" / f"{ALL}.json").unlink(missing_ok=True)
+            for done in (self.folder / "jobs").glob(f"{ALL}*.json"):
+                done.unlink(missing_ok=True)
             raise PywetError(str(sweep_command.failures(made)), code="sweep.failed_jobs", given=len(failed))
         write_json(file, {"runs": len(made), "failed": 0})
+
+
+def _digest(*parts: str) -> str:
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
 
 
 def _word(run: Run) -> str:

@@ -111,7 +111,10 @@ def test_a_case_is_a_point_that_a_second_sweep_does_not_run_again(tmp_path: Path
 
 
 def test_the_workflow_has_a_job_for_each_missing_run_and_none_for_those_there(tmp_path: Path) -> None:
-    """A dry run of Snakemake: four runs of the engine; without the key no rule; a wrong file is one sentence."""
+    """A dry run of Snakemake: four runs of the engine; without the key no rule; a wrong file is one sentence.
+
+    A page of runs without results, as a call with failed runs leaves it, does not stand for them.
+    """
     shutil.copy(ROOT / "Snakefile", tmp_path)
     for name in ("config", "workflow", "liggghts_inputs"):
         (tmp_path / name).symlink_to(ROOT / name)
@@ -138,6 +141,10 @@ def test_the_workflow_has_a_job_for_each_missing_run_and_none_for_those_there(tm
     asked.store.leave(
         first, {"ruptures": 1.0, "bridges_per_sphere": 1.0, "drum_angle_deg": 1.0, "liquid_wall_mantle_share": 0.0}
     )
+    for name in ("sweep.parquet", "report.html"):
+        (tmp_path / "results" / "sweeps" / "sweep").mkdir(exist_ok=True)
+        (tmp_path / "results" / "sweeps" / "sweep" / name).write_text("")
+    (tmp_path / "results" / "sweeps" / "sweep" / "file.json").write_text('{"file": "../../../sweep.yaml"}')
     again = dry("sweep.yaml")
     assert "sweep_run         3" in again.stdout + again.stderr, again.stdout + again.stderr
     wrong = dry("wrong.yaml")

@@ -333,7 +333,7 @@ def test_files_of_one_name_have_separate_folders(tmp_path: Path, monkeypatch: py
     assert call.invoke(app, ["sweep", str(one)]).exit_code == 0
     jobs = Jobs(two)
     assert jobs.folder == root / "sweep-2"
-    jobs.run(ALL, jobs.folder / "jobs" / "all.json")
+    jobs.run(f"{ALL}0", jobs.folder / "jobs" / f"{ALL}0.json")
     jobs.show()
     assert call.invoke(app, ["sweep", str(two)]).exit_code == 0
     assert call.invoke(app, ["sweep", str(one.absolute())]).exit_code == 0

@@ -28,9 +28,10 @@ def test_a_failed_run_stops_no_other_and_is_a_job_again(tmp_path: Path, monkeypa
 
     monkeypatch.setattr(wall, "collide", refuse)
     jobs = Jobs(write(tmp_path, WALL))
-    assert jobs.missing() == [ALL] and jobs.minutes(ALL, 1) == 10 and jobs.minutes(ALL, 2) == 20
-    done = jobs.folder / "jobs" / f"{ALL}.json"
-    jobs.run(ALL, done)
+    (job,), (file,) = jobs.missing, jobs.files
+    assert job.startswith(ALL) and jobs.minutes(job, 1) == 10 and jobs.minutes(job, 2) == 20
+    done = Path(file)
+    jobs.run(job, done)
     assert json.loads(done.read_text()) == {"runs": 6, "with_results": 3}
     jobs.show()
     made = table.read(jobs.folder)
@@ -40,11 +41,32 @@ def test_a_failed_run_stops_no_other_and_is_a_job_again(tmp_path: Path, monkeypa
     assert not done.exists() and not (tmp_path / "verdict.txt").exists()
     monkeypatch.setattr(wall, "collide", collide)
     again = Jobs(tmp_path / "sweep.yaml")
-    assert again.missing() == [ALL]
-    again.run(ALL, done)
+    (rest,) = again.missing
+    again.run(rest, Path(again.files[0]))
     again.verdict(tmp_path / "verdict.txt")
     assert json.loads((tmp_path / "verdict.txt").read_text()) == {"runs": 6, "failed": 0}
-    assert Jobs(tmp_path / "sweep.yaml").missing() == []
+    assert Jobs(tmp_path / "sweep.yaml").missing == []
+
+
+def test_an_edit_of_a_sweep_that_was_done_is_a_new_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A job's file must not stand for other runs, nor a page for another content of a gathered function."""
+    monkeypatch.chdir(tmp_path)
+    content = {**WALL, "gather": ["e_n", {"function": "mine.py:depth", "unit": "1"}]}
+    function = tmp_path / "mine.py"
+    function.write_text("def depth(answer):\n    return 2.0 * answer['e_n']\n")
+    jobs = Jobs(write(tmp_path, content))
+    jobs.run(jobs.missing[0], Path(jobs.files[0]))
+    jobs.verdict(tmp_path / "verdict.txt")
+    longer = Jobs(write(tmp_path, {**content, "axes": {**WALL["axes"], "friction": [0.1, 0.2, 0.3]}}))
+    (file,) = longer.files
+    assert not Path(file).exists()
+    longer.run(longer.missing[0], Path(file))
+    assert json.loads(Path(file).read_text()) == {"runs": 3, "with_results": 3}
+    longer.verdict(tmp_path / "verdict.txt")
+    before = longer.word
+    function.write_text("def depth(answer):\n    return 3.0 * answer['e_n']\n")
+    edited = Jobs(tmp_path / "sweep.yaml")
+    assert edited.missing == [] and edited.word != before
 
 
 def test_a_job_of_a_changed_sweep_is_refused(tmp_path: Path) -> None:

@@ -4,7 +4,8 @@
 #
 # Runs that are in the store are no jobs. A job is one run of the engine, or all runs of a sweep that needs none. A run that fails
 # leaves its reason in the store and stops no other; the last rule names it and ends the call with an error, and the next call
-# tries it again. A function in a file is run where `pywet sweep FILE --check --trust` has let it.
+# tries it again: the last rule has the files of jobs as inputs too, because Snakemake does not make the missing input of a page
+# that is up to date. A function in a file is run where `pywet sweep FILE --check --trust` has let it.
 
 if SWEEP is not None:
     from pywet.sweep import workflow_jobs
@@ -23,7 +24,7 @@ if SWEEP is not None:
         log:
             f"{SWEPT.folder}/logs/{{job}}.log",
         wildcard_constraints:
-            job="all|[0-9]+-[0-9]+-[0-9a-f]+",
+            job="all-[0-9a-f]+|[0-9]+-[0-9]+-[0-9a-f]+",
         resources:
             mem_mb=lambda wildcards, attempt: SWEPT.memory_mb(wildcards.job, attempt),
             runtime=lambda wildcards, attempt: SWEPT.minutes(wildcards.job, attempt),
@@ -32,7 +33,7 @@ if SWEEP is not None:
 
     rule sweep_page:
         input:
-            runs=lambda wildcards: [f"{SWEPT.folder}/jobs/{job}.json" for job in SWEPT.missing()],
+            runs=lambda wildcards: SWEPT.files,
         output:
             table=f"{SWEPT.folder}/sweep.parquet",
             page=f"{SWEPT.folder}/report.html",
@@ -48,6 +49,7 @@ if SWEEP is not None:
 
     rule sweep:
         input:
+            runs=lambda wildcards: SWEPT.files,
             table=rules.sweep_page.output.table,
             page=rules.sweep_page.output.page,
         output:
