@@ -190,4 +190,6 @@ def of_runs(folders: Sequence[Path], out_file: Path | None) -> int:
         err.print(str(error), style="red", soft_wrap=True, markup=False)
         return NOT_COMPARABLE
     typer.echo(f"{written}: {len(stored.numbers)} numbers of {stored.runs} runs")
+    if stored.left_out:
+        typer.echo(f"not in the digest, since only some runs have them: {', '.join(stored.left_out)}")
     return SAME

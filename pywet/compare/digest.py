@@ -58,6 +58,8 @@ class Digest:
     numbers: dict[str, Number]
     scene: dict[str, Any] | None = None
     """Facts that define the scene; None for results that are no engine run."""
+    left_out: tuple[str, ...] = ()
+    """Numbers that only some of the runs have, such as a cut size that the sizes of one run do not enclose."""
     purpose: str = "regression alarm: says that numbers moved, not that they were right"
 
 
@@ -102,14 +104,17 @@ def numbers_in(run_dir: Path) -> dict[str, tuple[float, float, str]]:
 def make(
     name: str, command: str, runs: Sequence[dict[str, tuple[float, float, str]]], scene: dict[str, Any] | None = None
 ) -> Digest:
-    """Make the digest of the numbers of several runs of one scene."""
-    numbers = {}
-    for key, (_, scale, unit) in runs[0].items():
+    """Make the digest of the numbers that all of several runs of one scene have."""
+    numbers, every = {}, dict.fromkeys(key for run in runs for key in run)
+    left_out = tuple(key for key in every if any(key not in run for run in runs))
+    for key in (key for key in every if key not in left_out):
+        _, scale, unit = runs[0][key]
         values = np.array([r[key][0] for r in runs])
         spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
         mean, spread, scale = (float(f"{v:.10g}") for v in (values.mean(), spread, scale))
         numbers[key] = Number(mean, spread, scale, unit)
-    return Digest(name, command, date.today().isoformat(), len(runs), TOLERANCE, provenance(), numbers, scene)
+    made = date.today().isoformat()
+    return Digest(name, command, made, len(runs), TOLERANCE, provenance(), numbers, scene, left_out)
 
 
 def of_runs(name: str, command: str, paths: Sequence[Path]) -> Digest:

@@ -13,6 +13,7 @@ from scipy import stats
 from typer.testing import CliRunner
 
 from pywet import stages
+from pywet.cases.small.scenes import RESULT
 from pywet.cli.app import app
 from pywet.compare import digest, statistics, verdict
 from pywet.compare.statistics import Sample
@@ -198,6 +199,22 @@ def test_digest_of_given_runs(tmp_path: Path) -> None:
     assert run(str(seeds[0]), command="digest")[0] == 2  # without --out
     code, output_text = run(str(seeds[0]), "--digest", str(references.STORE / "pull.json"))
     assert code == 2 and "differ in case" in output_text
+
+
+@pytest.mark.parametrize("order", [("1", "2", "3"), ("3", "2", "1")])
+def test_a_digest_has_the_numbers_that_all_runs_have(tmp_path: Path, order: tuple[str, ...]) -> None:
+    """Only the first, or only the last, has a number, as a cut size that is not enclosed: it is named, the others are stored."""
+    for k in order:
+        replayed(tmp_path / k, 0.01 * int(k))
+        (tmp_path / k / RESULT).write_text(json.dumps({"d50_mm": 2.5 if k == "1" else None, "angle_deg": float(k)}))
+    file = tmp_path / "mine.json"
+    code, output_text = run(*(str(tmp_path / k) for k in order), "--out", str(file), command="digest")
+    assert code == 0 and "not in the digest, since only some runs have them: result d50_mm" in output_text, output_text
+    stored = digest.load(file)
+    assert stored.left_out == ("result d50_mm",) and "result d50_mm" not in stored.numbers
+    angle = stored.numbers["result angle_deg"]
+    assert (angle.mean, angle.spread, angle.unit) == (2.0, 1.0, "deg")
+    assert all(run(str(tmp_path / k), "--digest", str(file))[0] == 0 for k in order)
 
 
 def test_a_digest_is_refused_when_the_replay_disagrees(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
