@@ -48,9 +48,9 @@ run: $(if $(filter-out liggghts,$(ENGINE)),peers,essentials)  ## the 18 screenin
 	[ $(ENGINE) != liggghts ] || .venv/bin/pywet sweep examples/sweeps/small_drum.yaml --cores $(CORES) || status=$$?; \
 	[ ! -e $(RESULTS)/report.html ] || echo "The report is in $(RESULTS)/report.html"; exit $$status
 
-report: essentials  ## the report, with the cases that it still needs
+report: $(if $(filter-out liggghts,$(ENGINE)),peers,essentials)  ## the report, with the cases that it still needs. ENGINE=yade: in YADE
 	@$(PYTHON) -m pywet.cli.workflow_lock
-	.venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) -- report
+	.venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) engine=$(ENGINE) -- report
 
 full: essentials  ## the 18 cases at full scale, days on two cores; goes on where it was stopped
 	$(PYTHON) -m studies.full_scale.campaign --cores $(CORES)

@@ -16,9 +16,11 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
+from pywet import stages
 from pywet.cases.screening import cases
 from pywet.cli.app import app
 from pywet.config import load
+from pywet.config.loading import of_run
 from pywet.config.schema import schemas
 from pywet.errors import PywetError
 from pywet.scene_stages import read_scene
@@ -168,6 +170,15 @@ def call(words: list[str]) -> str:
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 0, done.output
     return done.output
+
+
+def test_rolling_resistance_is_off_for_an_engine_without_it(tmp_path: Path) -> None:
+    """In plan.json, in the configuration that the run stores, and in the effects of its scene."""
+    stages.build(load(CONFIG).without_rolling(), 1, "smoke", tmp_path)
+    (row,) = (row for row in json.loads((tmp_path / "plan.json").read_text())["rows"] if row["effect"] == "rolling")
+    assert (row["on"], row["why"]) == (False, "effects.rolling is off in config.yaml")
+    assert of_run(tmp_path)[0].settings.effects.rolling is False
+    assert json.loads((tmp_path / "scene.json").read_text())["effects"]["rolling"] is False
 
 
 def test_cases_are_table_4() -> None:

@@ -72,6 +72,12 @@ def test_run(checkout: Path, words: tuple[str, ...]) -> None:
     )
 
 
+def test_the_report_is_of_the_engine_that_is_named(checkout: Path) -> None:
+    """All files that are to be made are in the folder of this engine."""
+    printed = make(checkout, "-o", "peers", "report", "ENGINE=yade", XDG_CACHE_HOME=str(checkout / "cache"))
+    assert "results/smoke_yade/" in printed and "results/smoke/" not in printed
+
+
 @pytest.mark.slow
 def test_lint() -> None:
     check_shown("make lint", make(ROOT, "-o", "setup", "lint"))

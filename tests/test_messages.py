@@ -163,6 +163,7 @@ def triggers() -> dict[str, Callable[[Path], Any]]:
         "init.unknown_example": lambda folder: shipped.begin(folder, "mill"),
         "init.there": lambda folder: [(folder / "Snakefile").touch(), shipped.begin(folder)],
         "cli.no_case": lambda _: command("plan", "--accuracy", "2%", "--config", str(ROOT / "config")),
+        "cli.plan_options": lambda _: command("plan", "2", "--write", "x", "--config", str(ROOT / "config")),
         "cli.bridge_engine": lambda _: command("bridge", str(ROOT / "examples" / "bridge.json"), "--engine", "yade"),
         "cli.sweep_words": lambda _: command("sweep", "a.yaml", "b.yaml"),
         "cli.plot_words": lambda _: command("sweep", "plot", "a.yaml"),

@@ -16,7 +16,7 @@ from pywet.cli.showing import err, out, tell
 from pywet.errors import PywetError
 from pywet.shipped import place
 from pywet.util.notices import notice
-from pywet.util.options import SEEDS, JsonFile, Ranks, Trust, Verbose, number
+from pywet.util.options import SEEDS, CaseRanks, JsonFile, Ranks, Trust, Verbose, number
 from pywet.util.ranges import MOST_RANKS, SCENE, Range
 
 PROBLEMS = sorted(path.parent.name for path in place("benchmarks/wet").glob("*/answers.json"))
@@ -205,7 +205,7 @@ def sweep(
     ] = None,
     check: Annotated[bool, typer.Option("--check", help="Report cost and errors only; run nothing.")] = False,
     cores: Annotated[int, number("--cores", CORES, "Number of simultaneous runs")] = os.cpu_count() or 1,
-    ranks: Ranks = 1,
+    ranks: CaseRanks = None,
     more: Annotated[int, number("--more", MORE, "Number of points to add where the response is least certain")] = 0,
     trust: Annotated[
         bool, typer.Option("--trust", help="Execute the Python files named in the sweep; read them first.")

@@ -21,8 +21,8 @@ from pywet.util.options import (
     STEP,
     AnyCase,
     CaseNumber,
+    CaseRanks,
     ConfigDir,
-    Ranks,
     RunFolder,
     ScaleName,
     Trust,
@@ -63,15 +63,11 @@ def plan(
     from pywet import config as settings
     from pywet.cases.screening import cases
 
+    given = {"--accuracy": accuracy is not None, "--of": bool(of), "--write": write is not None}
+    _refuse_unused(case, {**given, "--why": why, "--json": as_json})
     loaded = settings.load(config, trust)
     name = loaded.settings.scale if scale is None else scale
     if case is None:
-        if accuracy is not None:
-            raise PywetError(
-                "--accuracy was given without a case; expected pywet plan CASE --accuracy 2%",
-                code="cli.no_case",
-                key="--accuracy",
-            )
         from pywet.cost.needs import campaign
 
         for line in campaign(loaded, name):
@@ -92,11 +88,32 @@ def plan(
         tell(line)
 
 
+def _refuse_unused(case: int | None, given: dict[str, bool]) -> None:
+    """Refuse options of `pywet plan` that would have no effect: without a case, without or with another one."""
+    named = [option for option, there in given.items() if there]
+    values = {"--accuracy": " 2%", "--of": " force", "--write": " DIR"}
+    if named and case is None:
+        raise PywetError(
+            f"{named[0]} was given without a case; expected pywet plan CASE {named[0]}{values.get(named[0], '')}",
+            code="cli.no_case", key=named[0],
+        )  # fmt: skip
+    for option in [o for o in ("--of", "--write") if given[o] and not given["--accuracy"]]:
+        raise PywetError(
+            f"{option} was given without --accuracy; expected pywet plan {case} --accuracy 2% {option}{values[option]}",
+            code="cli.plan_options", key=option,
+        )  # fmt: skip
+    if len(alone := [o for o in ("--accuracy", "--why", "--json") if given[o]]) > 1:
+        raise PywetError(
+            f"{alone[1]} was given with {alone[0]}; expected one of them: they print different answers",
+            code="cli.plan_options", key=alone[1], given=tuple(alone),
+        )  # fmt: skip
+
+
 @app.command()
 def run(
     case: CaseNumber,
     scale: ScaleName = None,
-    ranks: Ranks = 1,
+    ranks: CaseRanks = None,
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/SCALE/caseNN.")] = None,
     engine: Annotated[str, typer.Option(help="liggghts or yade.")] = "liggghts",
     config: ConfigDir = CONFIG,
@@ -116,8 +133,9 @@ def run(
     from pywet.engines.choice import chosen
     from pywet.runs import record
 
-    chosen(engine, ranks)
     loaded = stages.resolved(config, preset, engine=engine, seed=seed, trust=trust)
+    ranks = loaded.settings.ranks if ranks is None else ranks
+    chosen(engine, ranks)
     name = loaded.settings.scale if scale is None else scale
     loaded.scale(name)
     suffix = ("" if engine == "liggghts" else f"_{engine}") + (f"_{preset}" if preset else "")

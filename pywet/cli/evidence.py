@@ -32,7 +32,7 @@ def compare(
         Path | None, typer.Option("--plot", metavar="OUT", help="Plot both groups with intervals (.pdf, .svg, .png).")
     ] = None,
 ) -> None:
-    """Compare two runs or two groups of seeds; exit code 0: no difference, 1: difference, 2: not comparable.
+    """Compare two runs or two groups of seeds; exit code 0: no difference, 1: difference, 2: not comparable, or not written.
 
     Example: pywet compare results/seeds/5 results/seeds/7 --across liquid --plot moisture.pdf"""
     from pywet.compare import command

@@ -35,6 +35,7 @@ def screen_numbers(
     Example: pywet screen results/smoke/case02"""
     from pywet.compare import grouping
     from pywet.report import screen_page
+    from pywet.runs.distinct_seeds import distinct_seeds
 
     found = {run: screen_page.screen(run, aperture, from_s, deck) for run in runs}
     scenes = grouping.by_scene(list(found))
@@ -51,7 +52,7 @@ def screen_numbers(
         tell(line)
     tell("± and ( – ): 95 % intervals within a run; other seeds may scatter more")
     for scene in scenes:
-        for line in _over_seeds([found[run] for run in scene]):
+        for line in _over_seeds([found[run] for run in distinct_seeds(scene)]):
             tell(f"{f'{scene[0]} and its seeds: ' if len(scenes) > 1 else ''}{line}")
     for run in found:
         tell(f"page: {screen_page.page_of(run, deck)}; tables: {run / 'results'}")
@@ -91,6 +92,7 @@ def kinetics(
         _predict(runs, deck, from_s, file)
         return
     found = laws.kinetics(runs)
+    single = bool(found["rms_held_out"].isna().all())
     table = Table("class", "law", "parameters (s, 1/s; ± 95 %)", "rms", "rms, seeds not fitted")
     for row in found.itertuples():
         table.add_row(
@@ -98,10 +100,10 @@ def kinetics(
             str(row[2]),
             escape(str(row[3])),
             f"{row[4]:.4f}",
-            f"{row[5]:.4f}" if len(runs) > 1 else "–",
+            "–" if single else f"{row[5]:.4f}",
         )
     out.print(table)
-    if len(runs) == 1:
+    if single:
         tell("one run: ranked by the fit itself; give several seeds for a ranking on what was not fitted")
     if file is not None:
         write_csv(found, file)

@@ -35,7 +35,7 @@ def compare(
     across: Sequence[str] = (),
     plot: Path | None = None,
 ) -> int:
-    """Compare, print the result and return the exit code."""
+    """Compare, print the result and return the exit code; also that of runs not compared if the output cannot be written."""
     with ExitStack() as held:  # held until all is written: a figure reads the runs again
         try:
             if against is not None:
@@ -46,19 +46,21 @@ def compare(
                     )
                 return _against(runs, against)
             left, right = _groups(runs, a, b)
+            if plot is not None:
+                from pywet.report import bands
+
+                bands.check_name(plot)
             held.enter_context(run_folder.reading(*left, *right))
             comparison = verdict.compare(left, right, force, across)
+            show(comparison)
+            if json_file is not None:
+                write_json(json_file, asdict(comparison))
+            if plot is not None:
+                names = _names(runs[:1] or a, runs[1:] or b)
+                typer.echo(f"{bands.write(plot, dict(zip(names, (left, right), strict=True)))}")
         except PywetError as error:
             err.print(str(error), style="red", soft_wrap=True, markup=False)
             return NOT_COMPARABLE
-        if json_file is not None:
-            write_json(json_file, asdict(comparison))
-        show(comparison)
-        if plot is not None:
-            from pywet.report import bands
-
-            names = _names(runs[:1] or a, runs[1:] or b)
-            typer.echo(f"{bands.write(plot, dict(zip(names, (left, right), strict=True)))}")
     return DIFFERENT if comparison.different else SAME
 
 

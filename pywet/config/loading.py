@@ -131,7 +131,7 @@ class Config:
 
     def without_rolling(self) -> Config:
         """Return a copy of the configuration without rolling resistance, for engines that do not have it."""
-        effects = self.settings.effects.model_copy(update={"rolling": "off"})
+        effects = self.settings.effects.model_copy(update={"rolling": False})
         return replace(self, settings=self.settings.model_copy(update={"effects": effects}))
 
     def resolved(self, number: int, scale: str) -> dict[str, Any]:

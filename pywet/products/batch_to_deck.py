@@ -21,6 +21,7 @@ from pywet.products import kinetics, streams
 from pywet.products.kinetics import Law
 from pywet.products.partition import NORMAL_95, mean_and_half_width
 from pywet.products.screening_report import curve_of
+from pywet.runs.distinct_seeds import distinct_seeds
 from pywet.runs.rundir import RunDir
 
 TRACER = 0.98
@@ -90,7 +91,7 @@ def predict(batches: Sequence[Path | str], deck: Path | str, from_s: float | Non
     """
     folder = Path(deck)
     with run_folder.reading(folder, *map(Path, batches)):
-        runs, run = [kinetics.curves(Path(b)) for b in batches], RunDir(folder)
+        runs, run = [kinetics.curves(b) for b in distinct_seeds(map(Path, batches))], RunDir(folder)
         flow = streams.read(run, from_s)
         if not flow.continuous:
             raise PywetError(

@@ -27,6 +27,7 @@ from pywet.errors import PywetError, shown
 from pywet.geometry.surface import Floats
 from pywet.products import streams
 from pywet.products.partition import mean_and_half_width
+from pywet.runs.distinct_seeds import distinct_seeds
 from pywet.runs.rundir import RunDir
 from pywet.runs.spread import quantile
 from pywet.util.files import check_numbers, read_csv, read_table
@@ -198,7 +199,7 @@ def kinetics(folders: Sequence[Path | str]) -> pd.DataFrame:
     Parameters
     ----------
     folders : sequence of Path or str
-        Runs, or folders of stored tables.
+        Runs, or folders of stored tables; a run with the seed of an earlier one is left out.
 
     Returns
     -------
@@ -211,7 +212,7 @@ def kinetics(folders: Sequence[Path | str]) -> pd.DataFrame:
         If a folder has no fraction retained, or no class passes.
     """
     with run_folder.reading(*(Path(folder) for folder in folders)):
-        runs = [curves(Path(folder)) for folder in folders]
+        runs = [curves(folder) for folder in distinct_seeds(map(Path, folders))]
     classes = [c for c in runs[0] if c != "time_s" and all(c in run for run in runs)]
     passing = [c for c in classes if min(float(run[c].iloc[-1]) for run in runs) < 1.0 - PASSES]
     if not passing:

@@ -18,6 +18,7 @@ from pywet.errors import PywetError
 from pywet.products import destinations
 from pywet.products.screening_report import aperture_of
 from pywet.report.pictures import COLOURS, DASHES, INK, STYLE, panels, plt
+from pywet.runs.distinct_seeds import distinct_seeds
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.spread import quantile
 from pywet.util.files import atomic_write
@@ -115,11 +116,12 @@ def _style(colour: int, dash: int) -> tuple[str, Any]:
 
 
 def grouped(run_dirs: Sequence[Path]) -> dict[str, list[Path]]:
-    """Group runs by case: a folder CASE-SEED given together with CASE is another seed of it."""
+    """Group runs by case: a folder CASE-SEED given together with CASE is another seed of it, each seed once."""
     groups: dict[str, list[Path]] = {}
     for folder in sorted(map(Path, run_dirs), key=str):
         first = re.sub(r"-\d+$", "", str(folder))
         groups.setdefault(first if first in groups else str(folder), []).append(folder)
+    groups = {name: distinct_seeds(runs) for name, runs in groups.items()}
     names = [Path(name).name for name in groups]
     short = len(set(names)) == len(names)
     return {Path(name).name if short else name: runs for name, runs in groups.items()}
@@ -243,14 +245,19 @@ def mean_and_band(curves: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floa
     return at, values.mean(0), quantile(len(curves)) * values.std(0, ddof=1) / np.sqrt(len(curves))
 
 
-def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WIDTH) -> Path:
-    """Draw the groups into a PDF, SVG or PNG file of this width; panels are side by side if they are at least LEAST wide."""
-    path = Path(path)
+def check_name(path: Path) -> None:
+    """Refuse the name of a figure whose suffix is not one of the formats."""
     if path.suffix.lower() not in FORMATS:
         raise PywetError(
             f"{path} was given for a figure; expected a name that ends in {', '.join(FORMATS)}",
             code="plot.suffix", given=path.suffix, expected=FORMATS,
         )  # fmt: skip
+
+
+def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WIDTH) -> Path:
+    """Draw the groups into a PDF, SVG or PNG file of this width; panels are side by side if they are at least LEAST wide."""
+    path = Path(path)
+    check_name(path)
     shown = panels_of(groups)
     with plt.rc_context(THESIS):
         columns = max(1, min(len(shown), int(width_mm // LEAST)))

@@ -14,6 +14,7 @@ from pywet.config.cases import Case
 from pywet.errors import PywetError
 from pywet.planning import audit
 from pywet.products import screening_report
+from pywet.runs.distinct_seeds import distinct_seeds
 from pywet.runs.record import Status
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Contributions, Summary
@@ -167,7 +168,7 @@ OF_ONE_RUN = ("seed", "seeds", "ranks")
 
 
 def _other_seeds(run_dir: Path) -> list[Path]:
-    """Return the runs of further seeds of a run; those of another configuration are left out with a notice."""
+    """Return the runs of further seeds of a run; those of another configuration or with its seed are left out with a notice."""
     runs = sorted(table.parent.parent for table in run_dir.parent.glob(f"{run_dir.name}-*/{RETAINED}"))
     mine, same = _configured(run_dir), []
     for run in (r for r in runs if r.name.removeprefix(f"{run_dir.name}-").isdigit()):
@@ -178,7 +179,7 @@ def _other_seeds(run_dir: Path) -> list[Path]:
             notice.warning(
                 f"{run} was run with another configuration than {run_dir}; it is not counted as a seed of it"
             )
-    return same
+    return distinct_seeds([run_dir, *same])[1:]
 
 
 def _configured(run_dir: Path) -> dict[str, Any] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -112,7 +113,7 @@ class Run:
         Returns
         -------
         float
-            Angle of the heap [deg].
+            Angle of the heap [deg], of the spheres that have entered; nan without any.
 
         Raises
         ------
@@ -130,7 +131,9 @@ class Run:
             )  # fmt: skip
         radius = {c.type: c.radius_m for c in self.scene.classes}
         table = self._run.trajectory
-        last = table[table["step"] == table["step"].max()]
+        last = self._entered(table[table["step"] == table["step"].max()])
+        if last.empty:
+            return math.nan
         return heap_angle(last[[*"xyz"]].to_numpy(dtype=float), last["type"].map(radius).to_numpy(dtype=float))
 
     def drum_angle(self, from_s: float | None = None) -> float:
@@ -144,7 +147,7 @@ class Run:
         Returns
         -------
         float
-            Angle of the bed [deg], see `bed_angle`.
+            Angle of the bed [deg], see `bed_angle`, of the spheres that have entered; nan without any.
 
         Raises
         ------
@@ -167,12 +170,12 @@ class Run:
                 code="run.late", key="from_s", given=start, expected=float(line.times[-1]),
             )  # fmt: skip
         mass = {c.type: c.mass_kg for c in self.scene.classes}
-        chosen = self._run.trajectory[self._run.trajectory["step"].isin(steps)]
+        chosen = self._entered(self._run.trajectory[self._run.trajectory["step"].isin(steps)])
         angles = [
             bed_angle(at[[*"xyz"]].to_numpy(dtype=float), np.asarray(at["type"].map(mass), dtype=float), drum, up)
             for _, at in chosen.groupby("step")
         ]
-        return float(np.mean(angles))
+        return float(np.mean(angles)) if angles else math.nan
 
     def discharge(self, height_m: float | None = None) -> pd.DataFrame:
         """Measure the dry mass that has passed a horizontal plane until each output.
@@ -224,6 +227,11 @@ class Run:
         """
         table = self.discharge(height_m)
         return steady_rate(table["time_s"].to_numpy(), table["passed_kg"].to_numpy())
+
+    def _entered(self, trajectory: pd.DataFrame) -> pd.DataFrame:
+        """Return the rows of a trajectory without spheres that have not been inserted yet and are outside."""
+        enters = pd.Series(self._run.enters, index=self._run.spheres["id"].to_numpy())
+        return trajectory[trajectory["step"] >= trajectory["id"].map(enters)]
 
     def _turning(self) -> list[Rotation]:
         return [motion for motion in self.scene.motions.values() if isinstance(motion, Rotation)]

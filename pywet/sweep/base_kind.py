@@ -52,6 +52,11 @@ class Kind(ABC):
     def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
         """Run a point in its folder of the store; its results by name."""
 
+    @property
+    def ranks(self) -> int:
+        """Return the number of MPI ranks of a run if the command names none."""
+        return 1
+
     @abstractmethod
     def cost(self, built: Built) -> Cost:
         """Predict time, memory and disk of a run."""

@@ -127,6 +127,10 @@ class OfCase(Kind):
             raise PywetError("; ".join(objections), code="sweep.objections", given=tuple(objections), where=folder)
         return run_numbers.numbers(Run(folder))
 
+    @property
+    def ranks(self) -> int:
+        return self.config.settings.ranks
+
     def cost(self, built: Built) -> Cost:
         config, number = built.given
         return costs.of_case(config, number, self.scale)

@@ -42,7 +42,7 @@ LISTS_EVERY = 50
 
 def of_case(config: Config, number: int, scale: str) -> Cost:
     """Return the prediction of `pywet plan` for one run."""
-    need = needs.need(config, number, scale)
+    need = needs.need(config, number, scale, config.settings.ranks)
     return _finished(need.seconds, need.disk_B, need.memory_B)
 
 

@@ -22,10 +22,10 @@ from pywet.util.notices import notice
 Report = Callable[..., None]
 
 
-def do(kind: Kind, run: Run, store: Store, ranks: int = 1) -> bool:
+def do(kind: Kind, run: Run, store: Store, ranks: int | None = None) -> bool:
     """Run a point unless it is in the store, and return whether it has results; the reason for a failure is in its folder.
 
-    A folder in use by another call is skipped with a notice.
+    A folder in use by another call is skipped with a notice. `ranks`: MPI ranks, if not those of the base.
     """
     name, folder = run.built.name, store.place(run.built.name)
     if store.numbers(name, kind.engine) is not None:
@@ -41,10 +41,10 @@ def do(kind: Kind, run: Run, store: Store, ranks: int = 1) -> bool:
         return _attempt(kind, run, store, folder, ranks)
 
 
-def _attempt(kind: Kind, run: Run, store: Store, folder: Path, ranks: int) -> bool:
+def _attempt(kind: Kind, run: Run, store: Store, folder: Path, ranks: int | None) -> bool:
     before = costs.used_s()
     try:
-        numbers = kind.run(run.built, folder, ranks)
+        numbers = kind.run(run.built, folder, kind.ranks if ranks is None else ranks)
     except PywetError as error:
         store.fail(run.built.name, str(error))
     except OSError as error:
@@ -60,7 +60,7 @@ def _attempt(kind: Kind, run: Run, store: Store, folder: Path, ranks: int) -> bo
 
 
 def carry_out(
-    plan: Plan, runs: Sequence[Run], cores: int = 1, ranks: int = 1, report: Report = lambda done, of: None
+    plan: Plan, runs: Sequence[Run], cores: int = 1, ranks: int | None = None, report: Report = lambda done, of: None
 ) -> None:
     """Execute runs, on several cores in child processes that end with this one; a failed point does not stop others."""
     if not plan.kind.engine or cores == 1 or len(runs) < 2:

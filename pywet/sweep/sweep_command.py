@@ -32,7 +32,7 @@ def check(asked: Plan, cores: int, say: Say) -> Costs:
     return costs
 
 
-def carry_out(asked: Plan, cores: int, ranks: int, more: int, say: Say) -> pd.DataFrame:
+def carry_out(asked: Plan, cores: int, ranks: int | None, more: int, say: Say) -> pd.DataFrame:
     """Check, execute missing runs, write table and page; `more`: number of points to add where the map is most uncertain."""
     missing = check(asked, cores, say)
     sweep_folder.claim(asked.folder, asked.file)
@@ -52,7 +52,7 @@ def carry_out(asked: Plan, cores: int, ranks: int, more: int, say: Say) -> pd.Da
     return made
 
 
-def _run(asked: Plan, missing: Costs, cores: int, ranks: int, say: Say) -> pd.DataFrame:
+def _run(asked: Plan, missing: Costs, cores: int, ranks: int | None, say: Say) -> pd.DataFrame:
     with bar("runs of the sweep") as move:
         running.carry_out(asked, [run for run, _ in missing], cores, ranks, move)
     if (spent := plan.spent(asked, missing)) is not None:

@@ -50,6 +50,9 @@ AnyCase = Annotated[
     typer.Argument(metavar="[CASE]", parser=_case, help="Number of a case; default: all cases."),
 ]
 Ranks = Annotated[int, number("--ranks", LIMITS["ranks"], "MPI ranks of the engine")]
+CaseRanks = Annotated[
+    int | None, number("--ranks", LIMITS["ranks"], "MPI ranks of the engine; default: for a case those of config.yaml")
+]
 ScaleName = Annotated[str | None, typer.Option("--scale", help="smoke, reduced or full; default: that of config.yaml.")]
 ConfigDir = Annotated[Path, typer.Option("--config", help="Folder of the configuration.")]
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Run directory, such as results/smoke/case02.")]

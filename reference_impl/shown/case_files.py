@@ -67,11 +67,16 @@ class Cases:
         return float(self.rows[number]["liquid_percent"] or 0.0)
 
     def seeds(self, number: int | str) -> list[str]:
-        """Return the folders of a case's further seeds, named CASE-SEED; not those that ran with another configuration."""
+        """Return the folders of a case's further seeds, named CASE-SEED.
+
+        Not those that ran with another configuration, nor those whose scene has the seed of the case or of a folder before.
+        """
         name, mine = name_of(number), self._run_with(number)
         there = (path.parent.parent.name for path in self.folder.glob(f"{name}-*/{RETAINED}"))
         seeds = sorted(folder for folder in there if folder.removeprefix(f"{name}-").isdigit())
-        return [folder for folder in seeds if None in (mine, its := self._run_with(folder)) or its == mine]
+        alike = [folder for folder in seeds if None in (mine, its := self._run_with(folder)) or its == mine]
+        used = [(self.json(run, "scene.json") or {}).get("seed") for run in (number, *alike)]
+        return [folder for k, folder in enumerate(alike, start=1) if used[k] is None or used[k] not in used[:k]]
 
     def _run_with(self, number: int | str) -> str | None:
         """Return the configuration of a run as text, apart from its seed, the number of seeds and of ranks."""

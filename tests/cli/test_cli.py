@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -17,13 +19,13 @@ import typer.main
 from typer.testing import CliRunner
 
 import pywet
-from pywet import config
+from pywet import config, stages
 from pywet.cases.screening import cases
 from pywet.cli import groups
 from pywet.cli.app import app
 from pywet.laws import registry
 from tests.cases.screening import synthetic
-from tests.error_codes import code_of
+from tests.error_codes import code_of, error_of
 
 CONFIG = Path(__file__).parent.parent.parent / "config"
 
@@ -128,6 +130,40 @@ def test_the_plan_explains_its_errors(runner: CliRunner) -> None:
     text = " ".join(runner.invoke(app, ["plan", "2", "--why", "--config", str(CONFIG)]).output.split())
     assert "errors of defaults: largest differences from finer settings, summed over the settings" in text
     assert "force: mostly from capillary; pywet plan 2 --accuracy 5% chooses settings with less" in text
+
+
+@pytest.mark.parametrize(
+    ("words", "used"),
+    [((), 2), (("--ranks", "1"), 1), (("--engine", "yade", "--ranks", "1"), 1), (("--engine", "yade"), 0)],
+)
+def test_a_case_runs_on_the_configured_ranks(
+    runner: CliRunner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], used: int
+) -> None:
+    """Those of config.yaml unless --ranks is given; refused before anything is run by an engine without ranks."""
+    shutil.copytree(CONFIG, tmp_path / "config")
+    path, ranks = tmp_path / "config" / "config.yaml", []
+    path.write_text(path.read_text().replace("ranks: 1", "ranks: 2"))
+    monkeypatch.setattr(
+        stages, "carry_out", lambda *given: ranks.append(given[5]) or SimpleNamespace(failed_at="", reason="")
+    )
+    done = runner.invoke(app, ["run", "1", "--config", str(path.parent), "--out", str(tmp_path / "run"), *words])
+    assert (ranks, code_of(done)) == (([used], "cli.stage_failed") if used else ([], "engine.one_process"))
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "key"),
+    [
+        *((words, "cli.no_case", words[0]) for words in (["--of", "force"], ["--write", "x"], ["--why"], ["--json"])),
+        (["2", "--write", "x"], "cli.plan_options", "--write"),
+        (["2", "--of", "force"], "cli.plan_options", "--of"),
+        (["2", "--accuracy", "2%", "--json"], "cli.plan_options", "--json"),
+        (["2", "--accuracy", "2%", "--why"], "cli.plan_options", "--why"),
+        (["2", "--why", "--json"], "cli.plan_options", "--json"),
+    ],
+)
+def test_options_of_plan_without_effect_are_refused(runner: CliRunner, words: list[str], code: str, key: str) -> None:
+    error = error_of(runner.invoke(app, ["plan", *words, "--config", str(CONFIG)]))
+    assert error is not None and (error.code, error.key) == (code, key)
 
 
 def test_plan_prints_one_line_per_effect(runner: CliRunner) -> None:

@@ -109,6 +109,20 @@ def test_single_runs(tmp_path: Path) -> None:
     assert not rows["fraction retained small"]["different"] if "fraction retained small" in rows else True
 
 
+def test_output_that_fails_is_no_difference(tmp_path: Path) -> None:
+    """Exit code 2: another suffix, before the runs are read; dry scenes without a curve; a folder that cannot be made."""
+    a, b = made(tmp_path / "a"), made(tmp_path / "b")
+    assert run(str(a), str(b))[0] == 0
+    code, output_text = run(str(a), str(b), "--plot", str(tmp_path / "fig.jpg"))
+    assert code == 2 and "bit-identical" not in output_text and "expected a name that ends in .pdf" in output_text
+    (tmp_path / "file").touch()
+    code, output_text = run(str(a), str(b), "--json", str(tmp_path / "file" / "out.json"))
+    assert code == 2 and "could not be written" in output_text
+    dry = [synthetic.make(tmp_path / name, moist=False) for name in ("dry", "again")]
+    code, output_text = run(*map(str, dry), "--plot", str(tmp_path / "fig.svg"))
+    assert code == 2 and "bit-identical" in output_text and "liquid to plot" in output_text
+
+
 def test_groups_from_folders(tmp_path: Path) -> None:
     """Folders of seeds become groups; a shift of ten spreads is called, one within the spread is not."""
     random = np.random.default_rng(2)

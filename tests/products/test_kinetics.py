@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -74,6 +75,18 @@ def test_stored_full_scale_runs() -> None:
     assert small.idxmin() == "power of time" and small.min() < 0.01 and small["first order"] > 1.5 * small.min()
     best = table[(table["class"] == "small") & (table["law"] == "power of time")]["parameters"].iloc[0]
     assert "n 1.339 ± 0.16" in best
+
+
+def test_each_seed_counts_once(tmp_path: Path) -> None:
+    """A run with the seed of another adds nothing to the fits, and is not taken for data that were not fitted."""
+    for name, seed in (("one", 1), ("two", 2), ("again", 1)):
+        (tmp_path / name).mkdir()
+        curve = {"time_since_opening_s": TIMES, "fraction_retained_small": np.exp(-seed * TIMES)}
+        pd.DataFrame(curve).to_csv(tmp_path / name / "fraction_retained.csv", index=False)
+        (tmp_path / name / "scene.json").write_text(json.dumps({"seed": seed}))
+    one, two, again = (tmp_path / name for name in ("one", "two", "again"))
+    assert kinetics.kinetics([one, two, again]).equals(kinetics.kinetics([one, two]))
+    assert kinetics.kinetics([one, again])["rms_held_out"].isna().all()
 
 
 def test_what_has_no_curve_is_refused(tmp_path: Path) -> None:

@@ -299,6 +299,9 @@ def test_only_seeds_of_one_scene_are_pooled(made: Path, tmp_path: Path) -> None:
     assert len(lines) == 2 and all("(mean of 2 runs, 95 %)" in line and str(runs[0]) in line for line in lines)
     result = cli.invoke(app, ["screen", str(runs[0]), str(runs[2]), "--aperture", "2.5", "--from", "0.2"])
     assert result.exit_code == 0 and "mean of" not in result.output
+    shutil.copytree(runs[0], again := tmp_path / "again")
+    repeated = cli.invoke(app, ["screen", str(runs[0]), str(again), "--aperture", "2.5", "--from", "0.2"])
+    assert repeated.exit_code == 0 and "mean of" not in repeated.output  # one seed counts once
     assert "run1/1" in result.output and "run4/3" in result.output
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import warnings
 from pathlib import Path
 from types import SimpleNamespace
@@ -42,6 +43,8 @@ def seeds(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
         table = read_table(run / "results" / "fraction_retained.parquet")
         table.loc[table.index[-1], "fraction_retained"] = end
         write_table(table, run / "results" / "fraction_retained.parquet")
+        scene = json.loads((run / "scene.json").read_text())
+        (run / "scene.json").write_text(json.dumps({**scene, "seed": 10007 + len(runs)}))
         runs.append(run)
     return runs
 
@@ -77,6 +80,13 @@ def test_the_band_is_students_interval(seeds: list[Path]) -> None:
     assert half is not None and (mean[-1], half[-1]) == pytest.approx((0.5, 4.303 * 0.1 / np.sqrt(3)), rel=1e-3)
     assert partition.curves["case02", ""][0][0] == pytest.approx([4.0, 8.0])  # diameters [mm]
     assert ("case02", "wires") in liquid.curves
+
+
+def test_each_seed_is_in_a_band_once(seeds: list[Path], tmp_path: Path) -> None:
+    """A folder CASE-SEED whose scene has the seed of CASE is left out."""
+    again = shutil.copytree(seeds[0], tmp_path / "case02"), shutil.copytree(seeds[0], tmp_path / "case02-8")
+    other = shutil.copytree(seeds[1], tmp_path / "case02-9")
+    assert bands.grouped([*again, other]) == {"case02": [again[0], other]}
 
 
 def test_a_partition_is_of_the_dry_mass_and_liquid_has_the_time_of_the_fraction_retained(seeds: list[Path]) -> None:

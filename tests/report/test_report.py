@@ -20,6 +20,7 @@ from pywet.errors import PywetError
 from pywet.report import answer, plots, presets, report, report_numbers
 from pywet.report.collect import CaseResult, collect
 from pywet.runs.rundir import RunDir
+from reference_impl.shown.case_files import Cases
 from reference_impl.shown.report_values import states
 from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
@@ -193,12 +194,35 @@ def test_a_run_of_another_configuration_is_no_seed(
     config: settings.Config, folder: Path, percent: float, seed: int, counted: int
 ) -> None:
     """Seeds that were run with 5 % of liquid are not averaged with a run of 10 %."""
-    shutil.copytree(folder / "case02", folder / "case02-10008")
+    _reseeded(folder / "case02", folder / "case02-10008", 10008)
     for name, liquid, number in (("case02", 5.0, 1), ("case02-10008", percent, seed)):
         of = {"case": {"case": 2, "liquid_percent": liquid}, "settings": {"seed": number, "effects": {}}}
         (folder / name / "config.json").write_text(json.dumps(of))
     (result,) = collect(folder, [config.case(2)])
     assert len(result.seeds) == counted
+
+
+@pytest.mark.parametrize(("first", "counted"), [(10007, [10008, 10009]), (10008, [10009]), (7, [10008, 10009])])
+def test_each_seed_counts_once(config: settings.Config, folder: Path, first: int, counted: list[int]) -> None:
+    """`pywet run 2 --seeds 3`, then `pywet run 2 --seed 10008`: case02 has the seed of case02-10008; two folders have 10009."""
+    for name, seed in (("case02-10008", 10008), ("case02-10009", 10009), ("case02-9", 10009)):
+        _reseeded(folder / "case02", folder / name, seed)
+    _reseeded(folder / "case02", folder / "case02", first)
+    (result,) = collect(folder, [config.case(2)])
+    assert sorted(other["seed"] for other in result.others) == counted
+    assert len(result.seeds) == len(counted) and len(result.ends) == len(result.over_seeds("wall_s")) == 1 + len(
+        counted
+    )
+    assert len(Cases(folder, ROOT / "config" / "cases.csv", [2]).seeds(2)) == len(counted)
+
+
+def _reseeded(run: Path, to: Path, seed: int) -> Path:
+    """Copy a run, with another seed in its scene and summary."""
+    if to != run:
+        shutil.copytree(run, to)
+    for name in ("scene.json", "summary.json"):
+        (to / name).write_text(json.dumps({**json.loads((to / name).read_text()), "seed": seed}))
+    return to
 
 
 def test_the_first_screen_answers(config: settings.Config, folder: Path) -> None:
@@ -291,7 +315,7 @@ def test_every_number_of_several_seeds_has_its_interval(config: settings.Config,
 def _seeds_of_case_2(folder: Path) -> None:
     """Fraction retained at the end of 0.5 and 0.7, bridges formed of 4 and 6."""
     first = folder / "case02"
-    for run, y, formed in ((first, 0.5, 4), (Path(shutil.copytree(first, folder / "case02-8")), 0.7, 6)):
+    for run, y, formed in ((first, 0.5, 4), (_reseeded(first, folder / "case02-8", 8), 0.7, 6)):
         table = pd.read_parquet(run / "results" / "fraction_retained.parquet")
         table.loc[table.index[-1], "fraction_retained"] = y
         table.to_parquet(run / "results" / "fraction_retained.parquet")

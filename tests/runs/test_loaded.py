@@ -117,15 +117,17 @@ def test_what_a_scene_does_not_have_is_refused(tmp_path: Path) -> None:
     assert 0.0 < run.drum_angle() < 180.0
 
 
-def drum_of(axis: tuple[float, float, float]) -> Run:
-    """A run of 2 s with a bed at 10 degrees up to 0.5 s and at 30 degrees from then on."""
+def drum_of(axis: tuple[float, float, float], waiting: bool = False) -> Run:
+    """A run of 2 s with a bed at 10 degrees up to 0.5 s and at 30 degrees from then on; spheres may wait outside."""
     x, z = np.mgrid[-1:1:0.02, -1:1:0.02].reshape(2, -1)
     frames = []
     for step in range(5):
         slope = math.tan(math.radians(10.0 if step < 2 else 30.0))
         inside = (x * x + z * z < 1.0) & (z < slope * x - 0.2 * math.hypot(1.0, slope))
         at = 0.05 * np.column_stack([x, np.ones_like(x), z])[inside] + np.array(DRUM.origin_m)
-        frames.append(pd.DataFrame(at, columns=list("xyz")).assign(step=step, type=1))
+        frames.append(pd.DataFrame(at, columns=list("xyz")).assign(step=step, type=1, id=1))
+        waits = [pd.DataFrame({"x": [0.3], "y": [0.0], "z": [0.3], "step": step, "type": 1, "id": 2})] * 5000
+        frames += waits if waiting else []
     run = Run.__new__(Run)
     run.path = Path("drum")
     way = DRUM.model_copy(update={"axis": axis})
@@ -134,7 +136,12 @@ def drum_of(axis: tuple[float, float, float]) -> Run:
         "scene": SimpleNamespace(
             gravity_m_per_s2=(0.0, 0.0, -9.81), duration_s=2.0, classes=[SimpleNamespace(type=1, mass_kg=1.0)]
         ),
-        "_run": SimpleNamespace(timeline=line, trajectory=pd.concat(frames)),
+        "_run": SimpleNamespace(
+            timeline=line,
+            trajectory=pd.concat(frames),
+            spheres=pd.DataFrame({"id": [1, 2]}),
+            enters=np.array([0, 5]),
+        ),
         "_turning": lambda: [way],
     }
     vars(run).update(parts)
@@ -146,6 +153,23 @@ def test_drum_angle_is_that_of_the_second_half() -> None:
     run = drum_of((0.0, 2.0, 0.0))
     assert run.drum_angle() == pytest.approx(30.0, abs=1.0)
     assert run.drum_angle(0.0) == pytest.approx((2 * 10.0 + 3 * 30.0) / 5, abs=1.0)
+
+
+def test_spheres_that_wait_outside_are_not_of_the_bed() -> None:
+    """Inserted spheres hang outside until they enter: neither the bed of a drum nor a heap contains them."""
+    assert drum_of((0.0, 2.0, 0.0), waiting=True).drum_angle() == pytest.approx(30.0, abs=1.0)
+    r, slope = 1e-3, math.tan(math.radians(30.0))
+    x, y = 0.5e-3 * np.mgrid[-40:41, -40:41].reshape(2, -1)
+    z = 0.02 * slope - np.hypot(x, y) * slope
+    heap = pd.DataFrame({"x": x, "y": y, "z": z, "step": 9, "type": 1, "id": 1})[z > 0.0]
+    outside = pd.DataFrame({"x": [0.003], "y": [0.0], "z": [0.5], "step": 9, "type": 1, "id": 2})
+    angles = []
+    for table in (heap, pd.concat([heap, outside])):
+        run = drum_of((0.0, 2.0, 0.0))
+        vars(run).update({"_turning": list, "scene": SimpleNamespace(classes=[SimpleNamespace(type=1, radius_m=r)])})
+        vars(run)["_run"].trajectory, vars(run)["_run"].enters = table, np.array([0, 10])
+        angles.append(run.angle_of_repose())
+    assert angles[0] == angles[1] == pytest.approx(30.0, abs=2.0)
 
 
 def test_a_drum_is_at_most_30_degrees_off_the_horizontal() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,12 @@ import pytest
 
 from pywet import config as settings
 from pywet import stages
-from pywet.sweep import plan
+from pywet.cost import needs
+from pywet.sweep import plan, running
+from pywet.sweep.case_base import OfCase
 from pywet.sweep.plan import Plan
 from tests.error_codes import raises_code
-from tests.sweep.files import EXAMPLES, write
+from tests.sweep.files import EXAMPLES, WALL, write
 
 CONFIG = EXAMPLES.parent / "config"
 CASE: dict[str, Any] = {
@@ -33,6 +36,23 @@ def test_a_point_has_the_fingerprint_that_pywet_run_gives_it(tmp_path: Path) -> 
     words = [stages.fingerprint(one, 2, "smoke").split()[1] for one in seeds]
     found = [run.built.name for run in asked(tmp_path).runs]
     assert found[2:] == [f"case-{word}" for word in words] and len(set(found)) == 4
+
+
+@pytest.mark.parametrize(("given", "used"), [(None, 2), (1, 1)])
+def test_configured_ranks_count_unless_others_are_given(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, given: int | None, used: int
+) -> None:
+    """Each run starts as many ranks, and needs their memory; other bases have one."""
+    shutil.copytree(CONFIG, folder := tmp_path / "config")
+    text = (folder / "config.yaml").read_text()
+    (folder / "config.yaml").write_text(text.replace("ranks: 1", "ranks: 2"))
+    of, started = asked(tmp_path, base={**CASE["base"], "config": str(folder)}), []
+    monkeypatch.setattr(OfCase, "run", lambda kind, built, run, ranks: started.append(ranks) or {})
+    running.carry_out(of, of.runs, ranks=given)
+    assert started == [used] * 4
+    more = [plan.kind.cost(plan.runs[0].built).memory_B for plan in (of, asked(tmp_path))]
+    assert more[0] - more[1] == pytest.approx(needs.RANK_B)
+    assert plan.read(write(tmp_path, WALL), tmp_path / "w", tmp_path / "store").kind.ranks == 1
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,7 @@ if SWEEP is not None:
             f"{SWEPT.folder}/logs/{{job}}.log",
         wildcard_constraints:
             job="all-[0-9a-f]+|[0-9]+-[0-9]+-[0-9a-f]+",
+        threads: SWEPT.plan.kind.ranks
         resources:
             mem_mb=lambda wildcards, attempt: SWEPT.memory_mb(wildcards.job, attempt),
             runtime=lambda wildcards, attempt: SWEPT.minutes(wildcards.job, attempt),

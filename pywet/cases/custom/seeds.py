@@ -9,6 +9,7 @@ from typing import Any
 
 from pywet.cases.screening import verdict
 from pywet.products.feed import LEFT_OUT
+from pywet.runs.distinct_seeds import distinct_seeds
 from pywet.runs.loaded import Run
 from pywet.runs.rundir import RunDir
 from pywet.runs.spread import with_interval
@@ -19,12 +20,13 @@ Runs = Sequence[Run]
 
 
 def of_scene(folder: Path) -> list[Run]:
-    """List the run and every finished run in a folder FOLDER-SEED whose description differs only in the seed."""
+    """List the run and the finished runs in folders FOLDER-SEED whose descriptions differ only in the seed, each seed once."""
     folder = folder.resolve() if folder.name in ("", "..") else folder
     description = but_seed(folder)
     found = (p for p in folder.parent.glob(f"{folder.name}-*") if p.name.removeprefix(f"{folder.name}-").isdigit())
     others = [p for p in found if description and (p / "summary.json").exists() and but_seed(p) == description]
-    return [Run(p) for p in (folder, *sorted(others, key=lambda p: int(p.name.rpartition("-")[2])))]
+    others.sort(key=lambda p: int(p.name.rpartition("-")[2]))
+    return [Run(p) for p in distinct_seeds([folder, *others])]
 
 
 def but_seed(folder: Path) -> dict[str, Any]:

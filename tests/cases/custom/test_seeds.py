@@ -111,6 +111,16 @@ def test_another_scene_in_a_folder_of_that_name_is_no_seed(folder: Path, tmp_pat
 
 
 @pytest.mark.engine
+def test_each_seed_counts_once(folder: Path, tmp_path: Path) -> None:
+    """A run that was made again with the seed of run-5 is not a second run of that seed."""
+    for name, of in (("run", "run-5"), ("run-5", "run-5"), ("run-6", "run-6"), ("run-7", "run-6")):
+        (tmp_path / name).mkdir()
+        for file in ("description.json", "scene.json", "summary.json"):
+            (tmp_path / name / file).write_bytes((folder.with_name(of) / file).read_bytes())
+    assert [run.path.name for run in seeds.of_scene(tmp_path / "run")] == ["run", "run-6"]
+
+
+@pytest.mark.engine
 def test_the_end_of_the_command_names_the_seeds(folder: Path) -> None:
     """Its lines hold the number of seeds and intervals, and the page is of all of them."""
     printed = (folder.parent / "out.txt").read_text()
