@@ -65,8 +65,8 @@ def five(numbers: dict[str, Any]) -> dict[str, str]:
     cut = numbers.get("d50_low_mm"), numbers.get("d50_high_mm")
     sharp = numbers.get("efficiency_low"), numbers.get("efficiency_high")
     products = " / ".join(measured(moist[p], scatter.get(p), " %") for p in PRODUCTS)
-    fed = "feed" if numbers.get("deck", 1) == 1 else "feed of the top deck"
-    products += f", {fed} {shown(numbers['feed_moisture_percent'], ' %')}"
+    feed = "feed" if numbers.get("deck", 1) == 1 else "feed of the top deck"
+    products += f", {feed} {shown(numbers['feed_moisture_percent'], ' %')}"
     return {
         "cut size d50": between(numbers["d50_mm"], cut, " mm") + _outside(numbers),
         "ecart probable": shown(numbers["ecart_probable_mm"], " mm") + _without_quartiles(numbers),

@@ -134,7 +134,8 @@ class Run:
         last = self._entered(table[table["step"] == table["step"].max()])
         if last.empty:
             return math.nan
-        return heap_angle(last[[*"xyz"]].to_numpy(dtype=float), last["type"].map(radius).to_numpy(dtype=float))
+        of_each = np.array([radius[kind] for kind in last["type"]])
+        return heap_angle(last[[*"xyz"]].to_numpy(dtype=float), of_each)
 
     def drum_angle(self, from_s: float | None = None) -> float:
         """Measure the dynamic angle of repose of the bed in a drum, the mean over the outputs from a time on.

@@ -378,9 +378,9 @@ def test_what_a_screen_does_not_have(made: Path) -> None:
         assert screen_page.MOISTURE not in words and words["cut size d50"] == why[count]
         assert words["ecart probable"] == "– (d25 or d75 outside the sizes)"
         assert screen_page.cards(words)[0] == page.Card("–", f"cut size d50 {why[count][2:]}")
-    for deck, said in ((1, ", feed 3 %"), (2, ", feed of the top deck 3 %")):
+    for deck, end in ((1, ", feed 3 %"), (2, ", feed of the top deck 3 %")):
         moist = screen_page.five({**found, "feed_moisture_percent": 3.0, "deck": deck})
-        assert moist[screen_page.MOISTURE].endswith(said)
+        assert moist[screen_page.MOISTURE].endswith(end)
     del found["d50_position"]  # results of an older version
     assert screen_page.five(found)["cut size d50"] == "– (outside the sizes: 469 overs, 137 unders)"
 
