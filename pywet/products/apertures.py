@@ -108,8 +108,8 @@ def area(run: RunDir, wall: WallMesh) -> float:
     if deck := deck_of(run):
         return 1e-6 * float(deck["length_mm"]) * float(deck["width_mm"])
     low, high = extents(run, wall)
-    if scale := _scale(run):
-        return scale.sieve_area_m2(_pitch(low, high))
+    if (scale := _scale(run)) and (pitch := _pitch(low, high)):
+        return scale.sieve_area_m2(pitch)
     x, y, _ = high.max(axis=0) - low.min(axis=0)
     return float(x * y)
 
@@ -121,9 +121,12 @@ def _scale(run: RunDir) -> Scale | None:
 
 
 def _pitch(low: Floats, high: Floats) -> float:
-    """Return the distance of neighbouring wires along x [m], to a nanometre, as the files of surfaces have single precision."""
+    """Return the distance of neighbouring wires along x [m], 0 for less than two.
+
+    It is rounded to a nanometre, as the files of surfaces have single precision.
+    """
     along_x = (high - low)[:, 0] > (high - low)[:, 1]
-    return round(float(np.diff(np.sort(0.5 * (low + high)[along_x, 1])).min()), 9)
+    return round(float(np.diff(np.sort(0.5 * (low + high)[along_x, 1])).min()), 9) if along_x.sum() > 1 else 0.0
 
 
 def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
@@ -137,8 +140,8 @@ def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
     nets = [w for w in run.scene.walls if w.name in (wall.name, of_deck(CROSS, deck))]
     low, high = (np.concatenate(ends) for ends in zip(*(extents(run, w) for w in nets), strict=True))
     along_x = (high - low)[:, 0] > (high - low)[:, 1]
-    if _scale(run):
-        return round(area(run, wall) / _pitch(low, high) ** 2)
+    if _scale(run) and (pitch := _pitch(low, high)):
+        return round(area(run, wall) / pitch**2)
     # gaps across the deck are between wires along it, and vice versa
     across, along = int(along_x.sum()), int((~along_x).sum())
     periodic, sides = run.scene.periodic, 0

@@ -82,8 +82,9 @@ def area(folder: Path, wall: Mapping[str, Any]) -> float:
         return float(decks[0]["length_mm"]) * float(decks[0]["width_mm"]) * 1e-6
     points, body = corners(folder, [wall["name"]])
     path = folder / "config.json"
-    if sieve := (json.loads(path.read_text()) or {}).get("scale") if path.exists() else None:
-        width, cell = 1e-3 * float(sieve["width_mm"]["value"]), cell_of(axes_of(points, body)[1])
+    sieve = (json.loads(path.read_text()) or {}).get("scale") if path.exists() else None
+    if sieve and (cell := cell_of(axes_of(points, body)[1])):
+        width = 1e-3 * float(sieve["width_mm"]["value"])
         return math.pi * width**2 / 4.0 if sieve["shape"] == "cylinder" else (cell * max(1, round(width / cell))) ** 2
     sides = np.ptp(points.reshape(-1, 3), axis=0)
     return float(sides[0] * sides[1])
@@ -101,8 +102,8 @@ def axes_of(points: Floats, body: Floats) -> dict[int, list[float]]:
 
 
 def cell_of(axes: list[float]) -> float:
-    """Return the distance of neighbouring axes [m]."""
-    return float(np.median(np.diff(np.unique(np.round(axes, 9)))))
+    """Return the distance of neighbouring axes [m]; 0 for less than two."""
+    return float(np.median(np.diff(np.unique(np.round(axes, 9))))) if len(axes) > 1 else 0.0
 
 
 def count(folder: Path, scene: Mapping[str, Any], wall: Mapping[str, Any], deck: int) -> int:
@@ -113,8 +114,9 @@ def count(folder: Path, scene: Mapping[str, Any], wall: Mapping[str, Any], deck:
     plate, body = corners(folder, [wall["name"]])
     if pierced := holes(plate):
         return pierced
-    if not (decks := levels(folder)) and (folder / "config.json").exists() and wall["name"] == "wires":
-        return round(area(folder, wall) / cell_of(axes_of(plate, body)[1]) ** 2)
+    decks, cell = levels(folder), cell_of(axes_of(plate, body)[1])
+    if not decks and cell and (folder / "config.json").exists() and wall["name"] == "wires":
+        return round(area(folder, wall) / cell**2)
     axes = axes_of(*corners(folder, [wall["name"], numbered(CROSS, deck)]))
     across = gaps(axes[1], scene.get("periodic") == "y")
     if decks and scene.get("periodic") != "y":
