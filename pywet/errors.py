@@ -157,11 +157,14 @@ def _to_stderr(sentence: str) -> None:
 
 @contextmanager
 def border(
-    given: str | None = None, say: Callable[[str], None] = _to_stderr, passed: tuple[type[BaseException], ...] = ()
+    given: str | None = None,
+    say: Callable[[str], None] = _to_stderr,
+    passed: tuple[type[BaseException], ...] = (),
+    status: Callable[[], int] = lambda: 1,
 ) -> Iterator[None]:
     """Run a command so that any exception ends in one sentence and an exit code; `given`: its arguments if not `sys.argv`.
 
-    The exit code is 1 for errors that the user can fix: a `PywetError`, a refusal by the operating system,
+    The exit code is `status`, 1, for errors that the user can fix: a `PywetError`, a refusal by the operating system,
     insufficient memory; for a signal it is 128 plus its number. Every other exception except those `passed` is a
     fault of pywet: the exit code is `FAULT`, and the traceback is in a file that the message names.
     """
@@ -177,7 +180,7 @@ def border(
             with suppress(OSError):
                 Path(os.environ[DATA_FILE]).write_text(json.dumps(error.data, default=str))
         say("\n".join(one_line(LONG_WORD.sub(r"\1…\2", line), 2000) for line in lines))
-        raise SystemExit(1) from None
+        raise SystemExit(status()) from None
     except KeyboardInterrupt as stop:
         sentence, code = ending.message(one_line(given), stop)
         say(sentence)

@@ -90,6 +90,8 @@ class Outlet(Computable):
     name: Identifier
     low_m: Bound
     high_m: Bound
+    crossing_above_m: float | None = None
+    """Least height of a sphere's centre [m] at or after its crossing of the plane of the smallest x; None: any height."""
     product: Product | None = None
     """Product of the screen that is collected here."""
 

@@ -19,7 +19,7 @@ from typer.core import TyperGroup
 
 from pywet.cli import bodies, cases, evidence, plant, script
 from pywet.cli.groups import arrange
-from pywet.cli.showing import err, out, tell
+from pywet.cli.showing import STATUS, err, out, tell
 from pywet.ending import clearing_up
 from pywet.errors import border, one_line
 from pywet.util.notices import shown
@@ -51,7 +51,7 @@ class Group(TyperGroup):
         def say(sentence: str) -> None:
             err.print(sentence, style="red", soft_wrap=True, markup=False)
 
-        with border(ctx.meta["given"], say, passed=ENDS):
+        with border(ctx.meta["given"], say, passed=ENDS, status=lambda: ctx.meta.get(STATUS, 1)):
             return super().invoke(ctx)
 
     def main(self, *args: Any, **how: Any) -> Any:

@@ -165,6 +165,7 @@ def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks:
 
 @app.command()
 def replay(
+    context: typer.Context,
     run_dirs: Annotated[
         list[Path],
         typer.Argument(metavar="RUN_DIR …", help="Run directories; one gives a table, several one line each."),
@@ -175,11 +176,12 @@ def replay(
         typer.Option("--trust", help="Execute the user's reference implementations of custom laws; read them first."),
     ] = False,
 ) -> None:
-    """Recompute runs with the independent reference; exit code 0: agreement, 1: a deviation exceeds its limit, 2: unreadable."""
+    """Recompute runs with the independent reference; exit code 0: agreement, 1: a deviation exceeds its limit, 2: not checked."""
     from pywet.planning import audit
     from pywet.runs import record
     from reference_impl.replay import command
 
+    showing.errors_end_with_2(context)
     for folder in run_dirs if trust else ():
         record.trust_reference(folder)
     with run_folder.reading(*run_dirs):

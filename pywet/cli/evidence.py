@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from pywet import shipped
+from pywet.cli import showing
 from pywet.errors import PywetError
 
 app = typer.Typer()
@@ -16,6 +17,7 @@ app = typer.Typer()
 
 @app.command()
 def compare(
+    context: typer.Context,
     runs: Annotated[list[Path] | None, typer.Argument(metavar="RUN_A RUN_B", help="Runs, or folders of seeds.")] = None,
     a: Annotated[list[Path] | None, typer.Option("--a", help="A run, or a folder of runs, of group A.")] = None,
     b: Annotated[list[Path] | None, typer.Option("--b", help="A run, or a folder of runs, of group B.")] = None,
@@ -37,11 +39,13 @@ def compare(
     Example: pywet compare results/seeds/5 results/seeds/7 --across liquid --plot moisture.pdf"""
     from pywet.compare import command
 
+    showing.errors_end_with_2(context)
     raise typer.Exit(command.compare(runs or [], a or [], b or [], json_file, force, digest, across or [], plot))
 
 
 @app.command()
 def digest(
+    context: typer.Context,
     run_dirs: Annotated[
         list[Path], typer.Argument(metavar="RUN_DIR …", help="Runs of one scene, or folders of seeds.")
     ],
@@ -52,7 +56,8 @@ def digest(
     Example: pywet digest results/smoke/case02 --out case02.json"""
     from pywet.compare import command
 
-    raise typer.Exit(command.of_runs(run_dirs, to))
+    showing.errors_end_with_2(context)
+    command.of_runs(run_dirs, to)
 
 
 @app.command(add_help_option=False, context_settings={"ignore_unknown_options": True, "allow_extra_args": True})

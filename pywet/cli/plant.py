@@ -79,7 +79,7 @@ def kinetics(
         Path | None,
         typer.Option("--deck", metavar="RUN_DIR", help="Predict the partition curve of this continuous deck."),
     ] = None,
-    from_s: Annotated[float | None, number("--from", FROM, "Evaluate the deck from this time on")] = None,
+    from_s: Annotated[float | None, number("--from", FROM, "Count the partition of the deck from this time on")] = None,
 ) -> None:
     """Fit laws of the fraction retained over time to each class, and rank them on seeds that were not fitted; or, with --deck,
     predict a continuous deck from them.

@@ -12,8 +12,12 @@ from pywet.errors import PywetError
 from pywet.util.notices import bar
 
 if TYPE_CHECKING:
+    import typer
+
     from pywet.cases.small.bridge_query import Query
 
+STATUS = "status"
+"""Key under which the context of a command has the exit code of its errors, see `errors_end_with_2`."""
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
 
@@ -21,6 +25,11 @@ err = Console(stderr=True, highlight=False)
 def tell(line: object, style: str | None = None) -> None:
     """Print a line of the answer, without markup: on a terminal wrapped between words, elsewhere in one piece."""
     out.print(str(line), style=style, soft_wrap=not out.is_terminal, overflow="ignore", markup=False)
+
+
+def errors_end_with_2(context: typer.Context) -> None:
+    """Let errors end this command with exit code 2, because 1 is one of its results."""
+    context.meta[STATUS] = 2
 
 
 def bridge_table(query: Query, answer: dict[str, Any]) -> None:

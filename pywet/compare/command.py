@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 
@@ -20,9 +19,8 @@ from pywet.util.files import write_json
 
 SHORT = {"differs beyond the spread": "beyond", "within the spread": "within", "within round-off": "round-off",
          "differs beyond the intervals": "beyond", "within the intervals": "within"}  # fmt: skip
-SAME, DIFFERENT, NOT_COMPARABLE = 0, 1, 2
+SAME, DIFFERENT = 0, 1
 out = Console(highlight=False)
-err = Console(stderr=True, highlight=False)
 
 
 def compare(
@@ -35,32 +33,26 @@ def compare(
     across: Sequence[str] = (),
     plot: Path | None = None,
 ) -> int:
-    """Compare, print the result and return the exit code; also that of runs not compared if the output cannot be written."""
-    with ExitStack() as held:  # held until all is written: a figure reads the runs again
-        try:
-            if against is not None:
-                if any((a, b, across, json_file, plot)):
-                    raise PywetError(
-                        "--digest was given with another option; expected RUN… --digest FILE alone",
-                        code="compare.groups",
-                    )
-                return _against(runs, against)
-            left, right = _groups(runs, a, b)
-            if plot is not None:
-                from pywet.report import bands
+    """Compare, print the result and return the exit code."""
+    if against is not None:
+        if any((a, b, across, json_file, plot)):
+            raise PywetError(
+                "--digest was given with another option; expected RUN… --digest FILE alone", code="compare.groups"
+            )
+        return _against(runs, against)
+    left, right = _groups(runs, a, b)
+    if plot is not None:
+        from pywet.report import bands
 
-                bands.check_name(plot)
-            held.enter_context(run_folder.reading(*left, *right))
-            comparison = verdict.compare(left, right, force, across)
-            show(comparison)
-            if json_file is not None:
-                write_json(json_file, asdict(comparison))
-            if plot is not None:
-                names = _names(runs[:1] or a, runs[1:] or b)
-                typer.echo(f"{bands.write(plot, dict(zip(names, (left, right), strict=True)))}")
-        except PywetError as error:
-            err.print(str(error), style="red", soft_wrap=True, markup=False)
-            return NOT_COMPARABLE
+        bands.check_name(plot)
+    with run_folder.reading(*left, *right):
+        comparison = verdict.compare(left, right, force, across)
+        show(comparison)
+        if json_file is not None:
+            write_json(json_file, asdict(comparison))
+        if plot is not None:
+            names = _names(runs[:1] or a, runs[1:] or b)
+            typer.echo(f"{bands.write(plot, dict(zip(names, (left, right), strict=True)))}")
     return DIFFERENT if comparison.different else SAME
 
 
@@ -175,23 +167,18 @@ def _against(runs: Sequence[Path], file: Path) -> int:
     return DIFFERENT if bad else SAME
 
 
-def of_runs(folders: Sequence[Path], out_file: Path | None) -> int:
-    """Write the digest of given runs or folders of seeds and return the exit code."""
-    try:
-        if out_file is None or out_file.suffix != ".json":
-            raise PywetError(
-                f"--out is {out_file or 'not given'}; expected the file of the digest, such as my_case.json",
-                code="digest.out", key="--out", given=out_file,
-            )  # fmt: skip
-        paths = [run for folder in folders for run in verdict.runs_in(folder)]
-        message = f"pywet digest {' '.join(map(str, folders))}"
-        with run_folder.reading(*paths):
-            stored = digest.of_runs(out_file.stem, message, paths)
-            written = digest.save(stored, out_file)
-    except PywetError as error:
-        err.print(str(error), style="red", soft_wrap=True, markup=False)
-        return NOT_COMPARABLE
+def of_runs(folders: Sequence[Path], out_file: Path | None) -> None:
+    """Write the digest of given runs or folders of seeds."""
+    if out_file is None or out_file.suffix != ".json":
+        raise PywetError(
+            f"--out is {out_file or 'not given'}; expected the file of the digest, such as my_case.json",
+            code="digest.out", key="--out", given=out_file,
+        )  # fmt: skip
+    paths = [run for folder in folders for run in verdict.runs_in(folder)]
+    message = f"pywet digest {' '.join(map(str, folders))}"
+    with run_folder.reading(*paths):
+        stored = digest.of_runs(out_file.stem, message, paths)
+        written = digest.save(stored, out_file)
     typer.echo(f"{written}: {len(stored.numbers)} numbers of {stored.runs} runs")
     if stored.left_out:
         typer.echo(f"not in the digest, since only some runs have them: {', '.join(stored.left_out)}")
-    return SAME

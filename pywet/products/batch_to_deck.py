@@ -74,7 +74,7 @@ def predict(batches: Sequence[Path | str], deck: Path | str, from_s: float | Non
     deck : Path or str
         Run of a continuous deck whose coarsest class does not pass.
     from_s : float, optional
-        Time from which the deck is evaluated; if not given, from where it is steady.
+        Time from which T of the deck is counted, by default from where it is steady; residence times are of the whole run.
 
     Returns
     -------

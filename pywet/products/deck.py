@@ -20,8 +20,6 @@ G = 9.81
 """Acceleration of gravity [m/s2]."""
 BELOW = 6.0
 """Depth of the outlet of the unders below the deck, over the aperture."""
-FALLEN = 0.25
-"""Share of the clearance under a deck within which its overs belong to it at its end."""
 LEAST_LAND = 0.18
 """Smallest land between round holes over their diameter, since columns of a triangular pattern are closer than holes."""
 SIDE_MM = 5.0
@@ -288,21 +286,20 @@ class Deck(Mesh):
         return [{**wall, "vibrates": moves} for wall in found]
 
     def outlets(self) -> list[dict[str, Any]]:
-        """Return the outlets of a deck: overs beyond the end, unders below by section, and no product over a side."""
+        """Return the outlets of a deck: overs beyond the end, unders below by section, and no product over a side.
+
+        Overs of a deck are spheres that cross its end above its lower face.
+        """
         away, (lowest, height) = 2.0 * self.aperture_mm, self.levels[-1]
-        clearances = [*(deck.below_mm for deck in self.beneath), BELOW * lowest.aperture_mm]
-        side, below = 0.5 * self.width_mm + SIDE_MM + away, height - clearances[-1]
+        side, below = 0.5 * self.width_mm + SIDE_MM + away, height - BELOW * lowest.aperture_mm
         sides: list[dict[str, Any]] = [
             {"name": "spilled_left", "low_mm": (None, side, None)},
             {"name": "spilled_right", "high_mm": (None, -side, None)},
         ]
         found = [] if self.periodic else sides
         found.append({"name": "spilled_back", "high_mm": (-2.0 * SIDE_MM - away, None, None)})
-        if not self.beneath:
-            found.append({"name": "overs", "low_mm": (self.length_mm + away, None, None)})
-        for name, (deck, z), clearance in zip(DECKS, self.levels, clearances, strict=False):
-            if self.beneath:  # removed at the end of the deck, before it falls to the next one
-                found.append({"name": name, "low_mm": (self.length_mm, None, z - deck.thick_mm - FALLEN * clearance)})
+        for name, (deck, z) in zip(DECKS, self.levels, strict=False):
+            found.append({"name": name, "low_mm": (self.length_mm, None, None), "crossing_above_mm": z - deck.thick_mm})
         for k in range(1, self.sections + 1):
             last = k == self.sections
             name = "unders" if self.sections == 1 else f"unders_{k}"

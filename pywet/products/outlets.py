@@ -6,6 +6,7 @@ continue to fall within the simulated box.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Self, get_args
 
@@ -14,15 +15,13 @@ from pydantic import model_validator
 
 from pywet import scene as typed
 from pywet.config.entries import Excusable
-from pywet.engines.schedule import outlets_every_s
+from pywet.engines.schedule import SKIPPED, outlets_every_s
 from pywet.errors import ConfigError
 from pywet.geometry.surface import Floats
 from pywet.scene import Bound, Identifier, Product, Vector
 
 MM = 1e-3
 PRODUCTS: tuple[Product, ...] = get_args(Product)
-SKIPPED = 2.0
-"""Longest time of a sphere in an outlet, in intervals: a removal step within a sampling window is skipped."""
 MOST_REACH = 2.0
 """Largest extension [m] of a box beyond its outlets: faster spheres leave the box, and the run stops."""
 
@@ -39,6 +38,12 @@ class Outlet(Excusable):
     """Smallest x, y, z; null: open."""
     high_mm: Bound = (None, None, None)
     """Largest x, y, z; null: open."""
+    crossing_above_mm: float | None = None
+    """Least height z of a sphere at or after its crossing of the plane of the smallest x, such as the end of a deck; null: any.
+
+    It is the largest height on the parabola through position and velocity at the removal. A sphere that was lower
+    leaves by a later outlet of the list.
+    """
     product: Product | None = None
     """Screen product collected here; by default the one with which its name begins: overs…, middlings…, unders…."""
 
@@ -49,6 +54,10 @@ class Outlet(Excusable):
             raise ValueError(f"outlet {self.name}: each number of low_mm to be less than that of high_mm")
         if all(v is None for v in (*self.low_mm, *self.high_mm)):
             raise ValueError(f"outlet {self.name}: a low_mm or high_mm, else every sphere leaves at once")
+        if self.crossing_above_mm is not None and self.low_mm[0] is None:
+            raise ValueError(
+                f"outlet {self.name}: a smallest x in low_mm with crossing_above_mm, the plane that is crossed"
+            )
         return self
 
     def moved(self, origin: Vector) -> Self:
@@ -57,13 +66,21 @@ class Outlet(Excusable):
             tuple(None if v is None else v - o for v, o in zip(corner, origin, strict=True))
             for corner in (self.low_mm, self.high_mm)
         )
-        return self.model_copy(update={"low_mm": low, "high_mm": high})
+        above = None if self.crossing_above_mm is None else self.crossing_above_mm - origin[2]
+        return self.model_copy(update={"low_mm": low, "high_mm": high, "crossing_above_mm": above})
 
     def region(self) -> typed.Outlet:
         """Convert the outlet to the region that an engine uses [m]."""
         named = next((p for p in PRODUCTS if self.name.startswith(p)), None)
         product = self.product or named
-        return typed.Outlet(name=self.name, low_m=_in_m(self.low_mm), high_m=_in_m(self.high_mm), product=product)
+        above = None if self.crossing_above_mm is None else MM * self.crossing_above_mm
+        return typed.Outlet(
+            name=self.name,
+            low_m=_in_m(self.low_mm),
+            high_m=_in_m(self.high_mm),
+            crossing_above_m=above,
+            product=product,
+        )
 
 
 def _in_m(corner: Bound) -> Bound:
@@ -91,12 +108,22 @@ def with_reach(
     """Enlarge the corners of a box for spheres that enter an outlet before they are removed."""
     if not outlets:
         return low, high
-    far = reach(speed, gravity, output_s)
+    far = reach(speed, gravity, output_s) + _falls(outlets, speed, gravity)
     lows, highs = [low], [high]
     for outlet in outlets:  # spheres enter at the finite bound; at the open end they leave
         lows.append([low[k] if b is None else b for k, b in enumerate(outlet.high_m)] - far)
         highs.append([high[k] if b is None else b for k, b in enumerate(outlet.low_m)] + far)
     return np.minimum.reduce(lows), np.maximum.reduce(highs)
+
+
+def _falls(outlets: Sequence[typed.Outlet], speed: float, gravity: Vector) -> Floats:
+    """Bound the distances [m] that a sphere moves while it falls from the height of a crossing to an outlet below."""
+    crossings = [o.crossing_above_m for o in outlets if o.crossing_above_m is not None]
+    floors = [o.high_m[2] for o in outlets if o.high_m[2] is not None]
+    if not crossings or not floors or gravity[2] >= 0.0:
+        return np.zeros(3)
+    seconds = math.sqrt(2.0 * max(0.0, max(crossings) - min(floors)) / -gravity[2])
+    return np.array([min(speed * seconds + 0.5 * abs(gravity[0]) * seconds**2, MOST_REACH), 0.0, 0.0])
 
 
 def refuse_thin(

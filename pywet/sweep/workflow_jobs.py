@@ -20,6 +20,7 @@ from pywet.util.files import write_json
 
 ALL = "all-"
 """Beginning of the name of the only job of a sweep without an engine; the digest of its runs follows."""
+DIGITS = 16
 LEAST_MB = 1500
 
 
@@ -103,14 +104,14 @@ class Jobs:
         for run in self.plan.missing:
             (self.folder / "jobs" / f"{run.point.number}-{run.seed}-{_word(run)}.json").unlink(missing_ok=True)
         if len(failed):
-            for done in (self.folder / "jobs").glob(f"{ALL}*.json"):
+            for done in (self.folder / "jobs").glob(f"{ALL}{'[0-9a-f]' * DIGITS}.json"):
                 done.unlink(missing_ok=True)
             raise PywetError(str(sweep_command.failures(made)), code="sweep.failed_jobs", given=len(failed))
         write_json(file, {"runs": len(made), "failed": 0})
 
 
 def _digest(*parts: str) -> str:
-    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:DIGITS]
 
 
 def _word(run: Run) -> str:

@@ -1,7 +1,8 @@
 """Outlets of a scene, from scene.json alone: regions in which spheres are removed.
 
 A sphere that has entered leaves at the first planned step at which an outlet contains its centre, low <= centre <
-high; it is assigned to the first outlet that contains it.
+high; it is assigned to the first outlet that contains it. An outlet with a least height takes only spheres that were as
+high beyond the plane of its low x, on the parabola of their last position and velocity.
 """
 
 from __future__ import annotations
@@ -18,10 +19,15 @@ from reference_impl.replay.arrays import Floats
 
 @dataclass(frozen=True)
 class Regions:
-    """Corners of the outlets, infinite if open, and the steps at which spheres leave."""
+    """Corners and least heights of the outlets, infinite if open, and the steps at which spheres leave."""
 
     low: Floats
     high: Floats
+    least: Floats
+    gravity: float
+    """Acceleration along z [m/s2]."""
+    longest: float
+    """Longest time [s] between two checks of a sphere."""
     steps: Floats
     enters: pd.Series
     """Id -> step at which a sphere enters."""
@@ -31,18 +37,28 @@ class Regions:
     slower: float = 1.0
     """Scale of positions [m], below + size, and of speeds [m/s]."""
 
-    def numbers(self, x: Floats, margin: float) -> Floats:
-        """Return for each outlet a row of the centres that it contains; with `margin` those that it may contain, by rounding."""
+    def numbers(self, x: Floats, v: Floats, margin: float) -> Floats:
+        """Return for each outlet a row of the spheres that it takes; with `margin` those that it may take, by rounding."""
         low, high = self.low[:, None] - margin, self.high[:, None] + margin
-        return np.asarray(((low <= x) & (x < high)).all(axis=2))
+        inside = ((low <= x) & (x < high)).all(axis=2)
+        return np.asarray(inside & (self.highest(x, v) >= self.least[:, None] - margin))
+
+    def highest(self, x: Floats, v: Floats) -> Floats:
+        """Return for each outlet a row of the largest heights since the spheres crossed its plane: at a vertex or an end."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            since = (x[:, 0] - self.low[:, :1]) / np.maximum(v[:, 0], 0.0)
+        since = np.where(np.isfinite(since), np.clip(since, 0.0, self.longest), self.longest)
+        vertex = np.clip(v[:, 2] / self.gravity, 0.0, since) if self.gravity < 0.0 else np.zeros_like(since)
+        times = np.stack([np.zeros_like(since), vertex, since])
+        return np.asarray((x[:, 2] - v[:, 2] * times + 0.5 * self.gravity * times**2).max(axis=0))
 
     def holds(self, x: Floats, v: Floats, margin: float = 0.0) -> Floats:
-        """Return which spheres an outlet contains, at any velocity."""
-        return np.asarray(self.numbers(x, margin).any(axis=0))
+        """Return which spheres an outlet takes."""
+        return np.asarray(self.numbers(x, v, margin).any(axis=0))
 
     def booked(self, x: Floats, v: Floats, outlet: Floats, margin: float) -> Floats:
         """Check that each row names the first outlet that contains the sphere: no earlier one certainly contains it."""
-        may, does = self.numbers(x, margin), self.numbers(x, -margin)
+        may, does = self.numbers(x, v, margin), self.numbers(x, v, -margin)
         named = np.clip(outlet.astype(int), 1, len(self.low)) - 1
         column = np.arange(len(x))
         earlier = np.cumsum(does, axis=0)[named, column] - does[named, column]
@@ -62,4 +78,8 @@ def of(folder: Path, steps: Floats) -> Regions:
     )
     spheres = io.columns(folder / "history" / "spheres.parquet", ["id", "type"]).sort_values("id")
     enters = pd.Series(plans.enters(scene, spheres["type"].to_numpy()), index=spheres["id"])
-    return Regions(low, high, steps, enters)
+    least = np.array(
+        [-np.inf if o.get("crossing_above_m") is None else o["crossing_above_m"] for o in scene["outlets"]]
+    )
+    interval = plans.checkpoints_every(scene, plans.plan(folder).steps) * float(scene["time_step_s"])
+    return Regions(low, high, least, float(scene["gravity_m_per_s2"][2]), 2.0 * interval, steps, enters)

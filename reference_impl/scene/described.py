@@ -297,6 +297,9 @@ def _outlets(written: Mapping[str, Any]) -> Expected:
     for o in written["outlets"]:
         at, key = f"outlets.{o['name']}", f"outlets {o['name']}"
         begins = [p for p in ("overs", "middlings", "lower_middlings", "unders") if o["name"].startswith(p)]
+        above = o.get("crossing_above_mm")
+        wanted = None if above is None else MM * (above - written["origin_mm"][2])
+        found[f"{at}.crossing_above_m"] = (wanted, f"{key} crossing_above_mm")
         found[f"{at}.product"] = (o["product"] or (begins[0] if begins else None), f"{key} product")
         for bound in ("low", "high"):
             for axis, value, x in zip("xyz", o[f"{bound}_mm"], written["origin_mm"], strict=True):
@@ -311,6 +314,7 @@ def _given_outlets(scene: Mapping[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {"outlets": [o["name"] for o in outlets]}
     for o in outlets:
         found[f"outlets.{o['name']}.product"] = o["product"]
+        found[f"outlets.{o['name']}.crossing_above_m"] = o.get("crossing_above_m")
         for bound in ("low_m", "high_m"):
             found |= {f"outlets.{o['name']}.{bound}.{axis}": v for axis, v in zip("xyz", o[bound], strict=True)}
     return found

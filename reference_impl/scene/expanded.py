@@ -25,7 +25,7 @@ TAIL = 0.01
 ANGLE_DEG = 40.0
 """Contact angle of a deck's walls."""
 NO_MOTION: dict[str, Any] = {"vibrates": None, "turns": None, "moves": None, "removed": None}
-OPEN: dict[str, Any] = {"low_mm": [None] * 3, "high_mm": [None] * 3, "product": None}
+OPEN: dict[str, Any] = {"low_mm": [None] * 3, "high_mm": [None] * 3, "product": None, "crossing_above_mm": None}
 
 
 def in_full(written: Description, scene: Description) -> dict[str, Any]:
@@ -102,8 +102,7 @@ def _stroke(stroke: Description) -> dict[str, Any]:
 def _outlets(deck: Description) -> Iterator[dict[str, Any]]:
     """Yield the outlets: two apertures from the deck at both sides, back and end; six below the lowest deck for the sections.
 
-    A later section contains what no earlier one does. Overs of several decks leave at their ends, above a quarter
-    of the clearance below.
+    A later section contains what no earlier one does. Overs of a deck cross its end above its lower face.
     """
     away, sections = 2.0 * deck["aperture_mm"], deck["sections"]
     edge = 0.5 * deck["width_mm"] + SIDE_MM + away
@@ -111,18 +110,16 @@ def _outlets(deck: Description) -> Iterator[dict[str, Any]]:
         yield {**OPEN, "name": "spilled_left", "low_mm": [None, edge, None]}
         yield {**OPEN, "name": "spilled_right", "high_mm": [None, -edge, None]}
     yield {**OPEN, "name": "spilled_back", "high_mm": [-2.0 * SIDE_MM - away, None, None]}
-    levels, top, clearance = _levels(deck), 0.0, 6.0 * _levels(deck)[-1]["aperture_mm"]
-    if len(levels) == 1:
-        yield {**OPEN, "name": "overs", "low_mm": [deck["length_mm"] + away, None, None]}
-    for k, level in enumerate(levels if len(levels) > 1 else ()):
+    levels, top = _levels(deck), 0.0
+    end = [deck["length_mm"], None, None]
+    for k, level in enumerate(levels):
         top -= level["below_mm"] if k else 0.0
-        under = levels[k + 1]["below_mm"] if k + 1 < len(levels) else clearance
-        least = top - _thick(level) - under / 4.0
-        yield {**OPEN, "name": ("overs", "middlings", "lower_middlings")[k], "low_mm": [deck["length_mm"], None, least]}
+        name = ("overs", "middlings", "lower_middlings")[k]
+        yield {**OPEN, "name": name, "low_mm": end, "crossing_above_mm": top - _thick(level)}
     ends = [deck["length_mm"] * k / sections for k in range(1, sections)]
     for k, end in enumerate([*ends, None], start=1):
         name = f"unders_{k}" if sections > 1 else "unders"
-        yield {**OPEN, "name": name, "high_mm": [end, None, top - clearance]}
+        yield {**OPEN, "name": name, "high_mm": [end, None, top - 6.0 * levels[-1]["aperture_mm"]]}
 
 
 def _spheres(feed: Description, scene: Description) -> Iterator[dict[str, Any]]:

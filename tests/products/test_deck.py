@@ -98,7 +98,7 @@ TWO = {**DECK, "aperture_mm": 8, "wire_mm": 2, "beneath": [{"aperture_mm": 4, "w
 
 
 def test_decks_beneath_each_other() -> None:
-    """Names by number from above; the second 30 mm lower; overs of both leave at the end, each above a quarter of its space."""
+    """Names by number from above; the second 30 mm lower; overs of both cross the end, each above the lower face of its deck."""
     grains = {"name": "grain", "material": "glass", "diameter_mm": 2, "at_mm": [(20.0, 0.0, 10.0)]}
     made = building.Building(pywet.Scene(**beads(deck=TWO, spheres=[grains]))).scene()
     assert [w.name for w in made.walls] == [
@@ -108,8 +108,8 @@ def test_decks_beneath_each_other() -> None:
     assert [(o.name, o.product) for o in made.outlets if o.product] == [
         ("overs", "overs"), ("middlings", "middlings"), ("unders", "unders")
     ]  # fmt: skip
-    assert by_name["overs"].low_m == pytest.approx((0.060, None, -0.002 - 0.0075))
-    assert by_name["middlings"].low_m == pytest.approx((0.060, None, -0.030 - 0.001 - 0.006))
+    for name, face in (("overs", -0.002), ("middlings", -0.031)):
+        assert by_name[name].low_m == pytest.approx((0.060, None, None)) and by_name[name].crossing_above_m == face
     assert by_name["unders"].high_m[2] == pytest.approx(-0.030 - 0.024)
     deck = Deck(**TWO)
     heights = {w["name"]: w["bars"]["origin_mm"][2] for w in deck.walls() if "bars" in w}
@@ -153,6 +153,34 @@ def scene(**changes: Any) -> pywet.Scene:
     """Dry and soft, so that steps are long."""
     glass = {"glass": {"density_kg_per_m3": 2500, "stiffness_N_per_m": 200, "restitution": 0.5}}
     return pywet.Scene(**beads(**{"materials": glass, "results": {"interval_s": 0.01, "windows": 0}, **changes}))
+
+
+@pytest.mark.engine
+def test_a_product_is_decided_where_the_end_is_crossed(tmp_path: Path) -> None:
+    """Free flights over a deck of 60 mm whose lower face is at -1 mm: by the parabola a slow sphere crosses the end at -0.005 mm
+    and one that rises at -0.5 mm; a fast one at -3.2 mm, which reaches x = 68 mm before it is 24 mm below the deck."""
+    still = {**STROKE, "amplitude_mm": 1e-6}
+    flights = {
+        "slow": ((59.95, 0.0, 0.0), (0.05, 0.0, 0.0), "overs"),
+        "rising": ((59.0, 0.0, -4.0), (0.1, 0.0, 0.4), "overs"),
+        "falling": ((59.0, 5.0, 4.0), (0.05, 0.0, -0.3), "unders"),
+        "fast": ((58.0, -5.0, -3.0), (0.3, 0.0, 0.0), "unders"),
+    }
+    spheres = [
+        {"name": name, "material": "glass", "diameter_mm": 0.5 + 0.1 * k, "at_mm": [at], "velocity_m_per_s": v}
+        for k, (name, (at, v, _)) in enumerate(flights.items())
+    ]
+    run = pywet.run(scene(spheres=spheres, deck={**DECK, "stroke": still}, duration_s=0.15), tmp_path)
+    gone = run._run.table("history/retired").sort_values("id")
+    names = np.array([o.name for o in run.scene.outlets])[gone["outlet"] - 1]
+    assert dict(zip(flights, names, strict=True)) == {name: product for name, (*_, product) in flights.items()}
+    assert (pywet.replay(tmp_path) or {})["ok"]
+    for name, product in (("slow", "unders"), ("fast", "overs")):
+        to = 1 + [o.name for o in run.scene.outlets].index(product)
+        wrong = gone.assign(outlet=gone["outlet"].where(gone["id"] != 1 + [*flights].index(name), to))
+        wrong.to_parquet(tmp_path / "history" / "retired.parquet", index=False)
+        found = pywet.replay(tmp_path) or {}
+        assert not found["ok"] and not found["quantities"]["retired_who"]["ok"]
 
 
 @pytest.mark.slow

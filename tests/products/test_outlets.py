@@ -249,6 +249,8 @@ def test_injected_faults_are_found(run: pywet.Run, tmp_path: Path, name: str) ->
         ({"outlets": [{"name": "all"}]}, "config.inconsistent", "every sphere leaves at once"),
         ({"outlets": [{"name": "a", "low_mm": (1, None, None), "high_mm": (0, None, None)}]},
          "config.inconsistent", "less than that of high_mm"),
+        ({"outlets": [{"name": "a", "high_mm": (0, None, None), "crossing_above_mm": 1}]},
+         "config.inconsistent", "outlet a: a smallest x in low_mm with crossing_above_mm"),
         ({"outlets": [OUTLETS[0], OUTLETS[0]]}, "config.inconsistent", "outlets of different names"),
         ({"results": {"checkpoints": 0}}, "config.inconsistent", "results.checkpoints of at least 1"),
         (

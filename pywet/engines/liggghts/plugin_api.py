@@ -18,7 +18,7 @@ import pandas as pd
 from pywet.engines.liggghts.border import check_tables
 from pywet.engines.liggghts.build import engine_version, plugin_path
 from pywet.engines.liggghts.contact_model import continues, touched
-from pywet.engines.schedule import checkpoint_every, drop_every
+from pywet.engines.schedule import SKIPPED, checkpoint_every, drop_every
 from pywet.errors import EngineError, PywetError
 from pywet.geometry.analytic_wires import analytic_wire_of
 from pywet.geometry.initial import wall_groups
@@ -127,7 +127,9 @@ class Plugin:
             )
         for outlet in scene.outlets:
             low, high = map(_doubles, outlet.ends)
-            self._library.pywet_add_outlet(_pointer(low), _pointer(high))
+            above = C.c_double(-math.inf if outlet.crossing_above_m is None else outlet.crossing_above_m)
+            longest = C.c_double(SKIPPED * checkpoint_every(scene) * scene.time_step_s)
+            self._library.pywet_add_outlet(_pointer(low), _pointer(high), above, longest)
         if moist and liquid and (scene.effects.liquid_weight or scene.effects.shedding):
             masses = _doubles([c.mass_kg for c in scene.classes])
             density, every = C.c_double(liquid.density_kg_per_m3), C.c_int64(drop_every(scene))

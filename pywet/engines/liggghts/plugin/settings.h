@@ -1,16 +1,27 @@
 // Settings of the scene for the plugin, fixed before the run.
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "vec.h"
 
 namespace pywet {
 
-// A region in which spheres leave the run: low <= centre < high, infinite where it is open.
+// A region in which spheres leave the run: low <= centre < high, infinite where it is open. With a finite `least`, of spheres that
+// were as high since they crossed the plane of its low x, on the parabola through position and velocity, at most `longest` before.
 struct Outlet {
   Vec low, high;
-  bool holds(const Vec &x) const {
-    return low.x <= x.x && x.x < high.x && low.y <= x.y && x.y < high.y && low.z <= x.z && x.z < high.z;
+  double least, longest;
+  bool holds(const Vec &x, const Vec &v, const Vec &gravity) const {
+    return low.x <= x.x && x.x < high.x && low.y <= x.y && x.y < high.y && low.z <= x.z && x.z < high.z &&
+           (std::isinf(least) || highest(x, v, gravity.z) >= least);
+  }
+  double highest(const Vec &x, const Vec &v, double g) const {
+    const double back = v.x * longest > x.x - low.x ? (x.x - low.x) / v.x : longest;
+    const auto height = [&](double before) { return x.z - before * v.z + 0.5 * before * before * g; };
+    const double apex = g < 0 ? std::clamp(v.z / g, 0.0, back) : 0.0;
+    return std::max({x.z, height(apex), height(back)});
   }
 };
 
@@ -30,10 +41,10 @@ struct Settings {
   double retire_slower = 0;             // speed below which a sphere is removed [m/s]
   std::vector<Outlet> outlets;          // in place of the bin: spheres inside one of them at a checkpoint are removed
 
-  // Number of the outlet, from 1, that contains a centre; 0: none.
-  int outlet(const Vec &x) const {
+  // Number of the outlet, from 1, in which a sphere of this position and velocity leaves; 0: none.
+  int outlet(const Vec &x, const Vec &v) const {
     for (size_t k = 0; k < outlets.size(); k++)
-      if (outlets[k].holds(x)) return int(k) + 1;
+      if (outlets[k].holds(x, v, gravity)) return int(k) + 1;
     return 0;
   }
 };
