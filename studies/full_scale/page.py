@@ -117,6 +117,7 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         **variants,
         **{name: rigs[name] for name in (DEFAULT, ALL, STIFF_RETIRED[1], THIRD) if name in rigs},
     }
+    stiffer = _redecided_rows(runs, {**stiff, **retired})
     shed = [row for effect in SWITCHED for row in _switched(campaign, variants, effect)]
     for name, columns, rows in (
         ("runs", run_table.RUN_COLUMNS, run_table.run_rows(config, every)),
@@ -124,6 +125,7 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         ("seeds", spread.COLUMNS, seeds),
         ("retirement", retirement.COLUMNS, retirement.rows(*both)),
         ("switched", ("effect", *spread.COLUMNS), shed),
+        ("stiffness", ("statement", "range", "lower_stiffness", "value", "paper_stiffness"), stiffer),
     ):
         run_table.write(data.parent / f"{name}.csv", columns, rows)
     run_table.write(data.parent / "reasons.csv", ("statement", "reason"), known.items())
@@ -140,7 +142,7 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         *_runs(config, runs, every),
         *_cost(runs),
         *spread.lines(seeds, third),
-        *_decided_again(runs, {**stiff, **retired}),
+        *_decided_again(stiffer),
         *retirement.lines(*both),
         BEYOND.format(full=_full_beyond(campaign, variants)),
     ]
@@ -195,20 +197,22 @@ def _cost(runs: Runs) -> list[str]:
     ]
 
 
-def _decided_again(runs: Runs, stiff: Runs) -> list[str]:
+def _decided_again(rows: Sequence[tuple[str, ...]]) -> list[str]:
     """Say which ranges of statements the runs with the paper's stiffness decide differently; none without such runs."""
-    found = redecided(STATEMENTS, stiff, runs)
-    if not found:
+    if not rows:
         return []
-    other = [
-        f"statement {statement.number} ({part.range.replace('|', '&#124;')}): "
-        f"{f'{value:.3g} ± {half:.2g}' if math.isfinite(value) else 'not reached'}, {now}, was {was}"
-        for statement, part, was, value, half, now in found
-        if now != was
-    ]
+    other = [f"{number} {now} (was {was})" for number, _, was, _, now in rows if now != was]
     return [
-        f"  Of {len(found)} ranges of statements that these runs decide {len(found) - len(other)} have the same verdict"
-        f"{'; ' if other else ''}{'; '.join(other)}.",
+        f"  Of {len(rows)} ranges of statements that these runs decide {len(rows) - len(other)} have the same verdict"
+        f"{'; others by statement: ' if other else ''}{', '.join(other)} ([stiffness.csv](full_scale/stiffness.csv)).",
+    ]
+
+
+def _redecided_rows(runs: Runs, stiff: Runs) -> list[tuple[str, ...]]:
+    """Return the ranges that runs with the paper's stiffness decide: verdict of the seeds, value and verdict of those runs."""
+    return [
+        (str(of.number), part.range, was, f"{value:.4g} ± {half:.2g}" if math.isfinite(value) else "not reached", now)
+        for of, part, was, value, half, now in redecided(STATEMENTS, stiff, runs)
     ]
 
 
