@@ -209,6 +209,12 @@ def view(
     ] = None,
 ) -> None:
     """Write the VTK time series of a run, compare them with its logs, and draw a picture; with options, only what they name."""
+    whole = {"--movie": movie, "--paraview": paraview, "--vtkhdf": vtkhdf, "--ovito": ovito}
+    if step is not None and close_up is None and any(whole.values()):
+        first = next(option for option, given in whole.items() if given)
+        showing.refuse_option(
+            "--step", f"with {first}", f"it with --close-up SPHERE, or for the picture without {first}"
+        )
     showing.need_run(run_dir)
     with run_folder.reading(run_dir):
         _view(run_dir, step, movie, paraview, vtkhdf, ovito, close_up)

@@ -245,12 +245,12 @@ def mean_and_band(curves: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floa
     return at, values.mean(0), quantile(len(curves)) * values.std(0, ddof=1) / np.sqrt(len(curves))
 
 
-def check_name(path: Path) -> None:
+def check_name(path: Path, formats: Sequence[str] = FORMATS) -> None:
     """Refuse the name of a figure whose suffix is not one of the formats."""
-    if path.suffix.lower() not in FORMATS:
+    if path.suffix.lower() not in formats:
         raise PywetError(
-            f"{path} was given for a figure; expected a name that ends in {', '.join(FORMATS)}",
-            code="plot.suffix", given=path.suffix, expected=FORMATS,
+            f"{path} was given for a figure; expected a name that ends in {', '.join(formats)}",
+            code="plot.suffix", given=path.suffix, expected=formats,
         )  # fmt: skip
 
 
