@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -108,6 +109,15 @@ def grouped(results: Iterable[CaseResult], key: Callable[[CaseResult], Any]) -> 
     groups: dict[Any, list[CaseResult]] = {}
     for result in results:
         groups.setdefault(key(result), []).append(result)
+    return groups
+
+
+def by_liquid(results: Iterable[CaseResult]) -> list[list[CaseResult]]:
+    """Group cases that differ only in the amount of one liquid; dry cases are in every group of their configuration."""
+    groups: list[list[CaseResult]] = []
+    for alike in grouped(results, attrgetter("configuration")).values():
+        liquids = dict.fromkeys(r.case.liquid for r in alike if r.moist)
+        groups += [[r for r in alike if not r.moist or r.case.liquid == liquid] for liquid in liquids] or [alike]
     return groups
 
 

@@ -66,6 +66,20 @@ class Cases:
         """Return the per cent of liquid of a case."""
         return float(self.rows[number]["liquid_percent"] or 0.0)
 
+    def liquid_name(self, number: int) -> str:
+        """Return the name of the liquid that the list of cases gives for a moist case; empty if it gives none."""
+        return (self.rows[number].get("liquid") or "") if self.liquid(number) else ""
+
+    def by_liquid(self, numbers: Sequence[int]) -> list[list[int]]:
+        """List the cases of each configuration and liquid by rising amount, each with the dry ones of the configuration."""
+        groups = []
+        for configuration in dict.fromkeys(map(self.configuration, numbers)):
+            of = [n for n in numbers if self.configuration(n) == configuration]
+            for name in dict.fromkeys(self.liquid_name(n) for n in of if self.liquid(n)) or [""]:
+                alike = (n for n in of if not self.liquid(n) or self.liquid_name(n) == name)
+                groups.append(sorted(alike, key=self.liquid))
+        return groups
+
     def seeds(self, number: int | str) -> list[str]:
         """Return the folders of a case's further seeds, named CASE-SEED.
 
