@@ -52,7 +52,7 @@ class CaseResult:
 
     @property
     def done(self) -> bool:
-        """Return whether the run is complete and passes all checks."""
+        """Return whether the run is complete and it and its further seeds pass all checks."""
         return not self.problems
 
     @property
@@ -152,6 +152,7 @@ def _collect_run(run_dir: Path, case: Case, alone: bool) -> CaseResult:
             code="report.dry_run", where=run_dir,
         )  # fmt: skip
     replay, seeds = run.replay, _other_seeds(run_dir)
+    found += tuple(f"{path.name}: {objection}" for path in seeds for objection in verdict.objections(RunDir(path)))
     return CaseResult(
         case,
         found,

@@ -122,11 +122,11 @@ class Cases:
         data = self.summary(number)
         return bool(data["effects"]["bridges"] if data else self.liquid(number))
 
-    def quantities(self, number: int) -> dict[str, Any]:
+    def quantities(self, number: int | str) -> dict[str, Any]:
         """List the quantities that the replay of a case compared."""
         return dict((self.json(number, "replay.json") or {"quantities": {}})["quantities"])
 
-    def agrees(self, number: int) -> bool:
+    def agrees(self, number: int | str) -> bool:
         """Return whether a case was replayed and nothing is beyond its limit."""
         rows = self.quantities(number).values()
         return bool(rows) and all(q["largest"] <= q["tolerance"] for q in rows)
@@ -136,12 +136,18 @@ class Cases:
         return bool((self.json(number, "status/results.json") or {"ok": False})["ok"])
 
     def done(self, number: int) -> bool:
-        """Return whether every stage of a case succeeded and no check of its outcome fails."""
-        data, stages = self.summary(number), [self.json(number, f"status/{name}.json") for name in STAGES]
-        if data is None or not all(stage and stage["ok"] for stage in stages):
+        """Return whether every stage of a case succeeded and no check of the outcome of it and its further seeds fails."""
+        stages = [self.json(number, f"status/{name}.json") for name in STAGES]
+        ended = all(stage and stage["ok"] for stage in stages)
+        return ended and self._passed(number) and all(self._passed(seed) for seed in self.seeds(number))
+
+    def _passed(self, run: int | str) -> bool:
+        """Return whether a run has results and no check of its outcome fails."""
+        data = self.summary(run)
+        if data is None:
             return False
         whole = data["ledger_error"] is None or data["ledger_error"] <= LOST
-        replayed = self.agrees(number) or not (self.bridged(number) or self.quantities(number))
+        replayed = self.agrees(run) or not (data["effects"]["bridges"] or self.quantities(run))
         return whole and replayed and all(c["ok"] for c in data["checks"])
 
     def _column(self, number: int | str, column: str) -> tuple[Floats, Floats] | None:
