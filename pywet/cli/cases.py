@@ -306,12 +306,13 @@ def plot(
     """Plot fraction retained, partition and liquid of runs, where available.
 
     Example: pywet plot results/smoke/case02* --out fig.pdf --width 84"""
+    from pywet.compare import grouping
     from pywet.report import bands
 
     for folder in run_dirs:
         showing.need_run(folder)
     with run_folder.reading(*run_dirs):
-        tell(bands.write(to, bands.grouped(run_dirs), width))
+        tell(bands.write(to, bands.grouped(run_dirs, grouping.same_scene), width))
 
 
 @app.command()

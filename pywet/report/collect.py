@@ -15,12 +15,12 @@ from pywet.config.cases import Case
 from pywet.errors import PywetError
 from pywet.planning import audit
 from pywet.products import screening_report
-from pywet.runs.distinct_seeds import distinct_seeds
+from pywet.runs import record
+from pywet.runs.distinct_seeds import distinct_seeds, not_counted
 from pywet.runs.record import Status
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Contributions, Summary
 from pywet.util.files import read_table
-from pywet.util.notices import notice
 
 
 @dataclass(frozen=True)
@@ -179,17 +179,18 @@ OF_ONE_RUN = ("seed", "seeds", "ranks")
 
 
 def _other_seeds(run_dir: Path) -> list[Path]:
-    """Return the runs of further seeds of a run; those of another configuration or with its seed are left out with a notice."""
+    """Return the runs of further seeds of a run.
+
+    Those of another configuration, file or version of pywet, or with its seed, are left out with a notice.
+    """
     runs = sorted(table.parent.parent for table in run_dir.parent.glob(f"{run_dir.name}-*/{RETAINED}"))
     mine, same = _configured(run_dir), []
     for run in (r for r in runs if r.name.removeprefix(f"{run_dir.name}-").isdigit()):
         other = _configured(run)
-        if mine is None or other is None or mine == other:
+        if (mine is None or other is None or mine == other) and record.alike(run_dir, run):
             same.append(run)
         else:
-            notice.warning(
-                f"{run} was run with another configuration than {run_dir}; it is not counted as a seed of it"
-            )
+            not_counted(run, run_dir)
     return distinct_seeds([run_dir, *same])[1:]
 
 

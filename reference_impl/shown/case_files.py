@@ -83,14 +83,21 @@ class Cases:
     def seeds(self, number: int | str) -> list[str]:
         """Return the folders of a case's further seeds, named CASE-SEED.
 
-        Not those that ran with another configuration, nor those whose scene has the seed of the case or of a folder before.
+        Not those that ran with another configuration, or for which a file or the program had changed by their fingerprints, nor
+        those whose scene has the seed of the case or of a folder before.
         """
-        name, mine = name_of(number), self._run_with(number)
+        name, mine, word = name_of(number), self._run_with(number), self._seedless(number)
         there = (path.parent.parent.name for path in self.folder.glob(f"{name}-*/{RETAINED}"))
         seeds = sorted(folder for folder in there if folder.removeprefix(f"{name}-").isdigit())
         alike = [folder for folder in seeds if None in (mine, its := self._run_with(folder)) or its == mine]
+        alike = [folder for folder in alike if None in (word, its := self._seedless(folder)) or its == word]
         used = [(self.json(run, "scene.json") or {}).get("seed") for run in (number, *alike)]
         return [folder for k, folder in enumerate(alike, start=1) if used[k] is None or used[k] not in used[:k]]
+
+    def _seedless(self, number: int | str) -> str | None:
+        """Return the fingerprint of a run that does not depend on its seed; None for a run without one."""
+        found: str | None = (self.json(number, "identity.json") or {}).get("seedless")
+        return found
 
     def _run_with(self, number: int | str) -> str | None:
         """Return the configuration of a run as text, apart from its seed, the number of seeds and of ranks."""

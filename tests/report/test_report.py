@@ -204,6 +204,32 @@ def test_a_run_of_another_configuration_is_no_seed(
     assert len(result.seeds) == counted
 
 
+def test_a_run_of_another_file_or_version_is_no_seed(config: settings.Config, folder: Path) -> None:
+    """Configurations are the same; fingerprints without the seed differ, as after a change of a law's file or of pywet."""
+    for seed, word in ((10008, "one"), (10009, "other")):
+        record.leave_identity(_reseeded(folder / "case02", folder / f"case02-{seed}", seed), f"{seed}", word)
+    record.leave_identity(folder / "case02", "10007", "one")
+    (result,) = collect(folder, [config.case(2)])
+    assert [other["seed"] for other in result.others] == [10008]
+    assert Cases(folder, ROOT / "config" / "cases.csv", [2]).seeds(2) == ["case02-10008"]
+    record.leave_identity(folder / "case02", "of a version without the second fingerprint")
+    (result,), again = collect(folder, [config.case(2)]), Cases(folder, ROOT / "config" / "cases.csv", [2])
+    assert [f"case02-{other['seed']}" for other in result.others] == again.seeds(2) == ["case02-10008", "case02-10009"]
+
+
+def test_a_seed_that_fails_its_checks_is_a_problem_of_its_case(config: settings.Config, folder: Path) -> None:
+    """A deviation of 1e-3 in the replay of case02-8: case 2 is not done, for this page and for its check."""
+    seed = _reseeded(folder / "case02", folder / "case02-8", 8)
+    assert collect(folder, [config.case(2)])[0].done and Cases(folder, ROOT / "config" / "cases.csv", [2]).done(2)
+    found = json.loads((seed / "replay.json").read_text())
+    found["quantities"]["bridge_volume"]["largest"] = 1e-3
+    (seed / "replay.json").write_text(json.dumps(found))
+    (result,) = collect(folder, [config.case(2)])
+    assert not result.done and not Cases(folder, ROOT / "config" / "cases.csv", [2]).done(2)
+    (problem,) = result.problems
+    assert problem.startswith("case02-8: the replay disagrees on bridge_volume")
+
+
 @pytest.mark.parametrize(("first", "counted"), [(10007, [10008, 10009]), (10008, [10009]), (7, [10008, 10009])])
 def test_each_seed_counts_once(config: settings.Config, folder: Path, first: int, counted: list[int]) -> None:
     """`pywet run 2 --seeds 3`, then `pywet run 2 --seed 10008`: case02 has the seed of case02-10008; two folders have 10009."""
