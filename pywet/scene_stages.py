@@ -104,7 +104,7 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
     where, word = Path(folder), fingerprint(scene)
     with record.held(where, word):
         blocks = until.under_way(where) if scene.until and record.left_identity(where) == word else None
-        record.leave_identity(where, word)
+        record.leave_identity(where, word, fingerprint(scene.model_copy(update={"seed": record.ANY_SEED})))
         building.write(scene, where, blocks)
         record.leave_reference(where, placed_laws(scene.laws, scene.folder, scene.file is None).reference)
         stages.simulate(where, ranks, progress, extend=until.extension(scene.until) if scene.until else None)

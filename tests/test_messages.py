@@ -167,6 +167,7 @@ def triggers() -> dict[str, Callable[[Path], Any]]:
         "cli.bridge_engine": lambda _: command("bridge", str(ROOT / "examples" / "bridge.json"), "--engine", "yade"),
         "cli.sweep_words": lambda _: command("sweep", "a.yaml", "b.yaml"),
         "cli.plot_words": lambda _: command("sweep", "plot", "a.yaml"),
+        "cli.unused_option": lambda _: command("kinetics", "run", "--from", "2"),
         "cli.no_run": lambda folder: command("report", str(folder)),
     }  # fmt: skip
 

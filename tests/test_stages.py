@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from pywet import run_folder, stages
-from pywet.cases.screening import verdict
+from pywet import config, run_folder, stages
+from pywet.cases.screening import cases, verdict
+from pywet.config.entries import NonNegativeEntry
 from pywet.errors import PywetError
 from pywet.runs import record
 from pywet.runs.rundir import RunDir
 from tests.cases.screening import synthetic
+from tests.import_graph import ROOT
 
 GOOD_REPLAY = {
     "quantities": {
@@ -31,6 +34,21 @@ def _finish(run_dir: Path, fail_at: str | None = None) -> None:
         for stage in stages.NEEDS:
             real = (lambda: stages.results(run_dir)) if stage == "results" else (lambda: None)
             stages.attempt(run_dir, stage, _fail if stage == fail_at else real)
+
+
+def test_seeds_of_a_case_have_one_fingerprint_without_the_seed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cases with the seeds 8 and 9 differ in their fingerprints and not in the second one; another viscosity is another case."""
+    monkeypatch.setattr(cases, "build", lambda *_: None)
+    usual = config.load(ROOT / "config")
+    materials = usual.materials
+    liquid = materials.liquid.model_copy(update={"viscosity_Pa_s": NonNegativeEntry(value=0.002, source="assumption")})
+    other = replace(usual, materials=materials.model_copy(update={"liquid": liquid}))
+    for name, of in (("a", usual.with_seed(8)), ("b", usual.with_seed(9)), ("c", other.with_seed(10))):
+        (tmp_path / name).mkdir()
+        stages.build(of, 2, "smoke", tmp_path / name)
+    a, b, c = (tmp_path / name for name in "abc")
+    assert len({record.left_identity(run) for run in (a, b, c)}) == len((a, b, c))
+    assert record.alike(a, b) and not record.alike(a, c)
 
 
 def test_a_failed_stage_keeps_its_reason_and_the_next_pass_it_on(tmp_path: Path) -> None:

@@ -143,6 +143,8 @@ def bridge(
     from pywet.laws import custom_laws
     from pywet.util import machine_code
 
+    if plot is not None:
+        showing.check_bridge_plot(plot)
     query = bridge_query.read(file)
     custom_laws.trust(query.laws, None if trust else file.parent)
     if engine is None:

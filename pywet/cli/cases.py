@@ -209,6 +209,12 @@ def view(
     ] = None,
 ) -> None:
     """Write the VTK time series of a run, compare them with its logs, and draw a picture; with options, only what they name."""
+    whole = {"--movie": movie, "--paraview": paraview, "--vtkhdf": vtkhdf, "--ovito": ovito}
+    if step is not None and close_up is None and any(whole.values()):
+        first = next(option for option, given in whole.items() if given)
+        showing.refuse_option(
+            "--step", f"with {first}", f"it with --close-up SPHERE, or for the picture without {first}"
+        )
     showing.need_run(run_dir)
     with run_folder.reading(run_dir):
         _view(run_dir, step, movie, paraview, vtkhdf, ovito, close_up)
@@ -300,12 +306,13 @@ def plot(
     """Plot fraction retained, partition and liquid of runs, where available.
 
     Example: pywet plot results/smoke/case02* --out fig.pdf --width 84"""
+    from pywet.compare import grouping
     from pywet.report import bands
 
     for folder in run_dirs:
         showing.need_run(folder)
     with run_folder.reading(*run_dirs):
-        tell(bands.write(to, bands.grouped(run_dirs), width))
+        tell(bands.write(to, bands.grouped(run_dirs, grouping.same_scene), width))
 
 
 @app.command()

@@ -11,7 +11,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from pywet.cli.showing import out, tell
+from pywet.cli.showing import out, refuse_option, tell
 from pywet.util.options import number
 from pywet.util.ranges import LIMITS, Range
 
@@ -91,6 +91,10 @@ def kinetics(
     if deck is not None:
         _predict(runs, deck, from_s, file)
         return
+    if from_s is not None:
+        refuse_option(
+            "--from", "without --deck", f"--deck RUN_DIR --from {from_s:g}, or no --from: batches are fitted whole"
+        )
     found = laws.kinetics(runs)
     single = bool(found["rms_held_out"].isna().all())
     table = Table("class", "law", "parameters (s, 1/s; ± 95 %)", "rms", "rms, seeds not fitted")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from rich.console import Console
 
@@ -42,6 +42,13 @@ def bridge_table(query: Query, answer: dict[str, Any]) -> None:
             out.print(table)
 
 
+def check_bridge_plot(path: Path) -> None:
+    """Refuse a figure of `pywet bridge` in a format that it is not drawn in."""
+    from pywet.report import bands, bridge
+
+    bands.check_name(path, bridge.FORMATS)
+
+
 def bridge_plot(query: Query, answer: dict[str, Any], path: Path) -> None:
     """Draw force over gap up to the longest bridge; measurements in an engine are drawn as points."""
     from pywet.cases.small import bridge_query
@@ -68,6 +75,13 @@ def serve(server: Any) -> None:
             server.serve_forever()
         except KeyboardInterrupt:
             out.print("ended")
+
+
+def refuse_option(option: str, when: str, expected: str) -> NoReturn:
+    """Refuse an option that would have no effect."""
+    raise PywetError(
+        f"{option} was given {when}; expected {expected}", code="cli.unused_option", key=option, expected=expected
+    )
 
 
 def need_run(run_dir: Path) -> None:

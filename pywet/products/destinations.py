@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 
@@ -14,32 +16,36 @@ TRAY = "tray"
 """Prefix of the names of walls that are trays; a fixed vessel is a tray, too."""
 
 
-def shares(run: RunDir) -> tuple[str, pd.DataFrame] | None:
-    """Return `outlet` or `tray`, and the share of the mass of each size in each of them.
+def shares(runs: Sequence[RunDir]) -> tuple[str, list[pd.DataFrame]] | None:
+    """Return `outlet` or `tray`, and for each run of one scene the share of the mass of each size in each of them.
 
     Returns
     -------
-    tuple of str and DataFrame, or None
-        Index: diameter in mm, columns: names. Of a screen with outlets, the spheres that `pywet screen` counts. None where there
-        are not at least two sizes and two destinations.
+    tuple of str and list of DataFrame, or None
+        Index: diameter in mm, columns: names of destinations with spheres in at least one run. Of a screen with outlets, the
+        spheres that `pywet screen` counts. None where the runs together have not at least two sizes and two destinations.
     """
-    by_outlet, rows = _rows(run)
-    if rows.empty or rows["diameter_mm"].nunique() < 2 or rows["where"].nunique() < 2:
+    if not runs:
         return None
-    masses = rows.pivot_table(index="diameter_mm", columns="where", values="mass_kg", aggfunc="sum", fill_value=0.0)
-    found = masses.div(masses.sum(axis=1), axis=0)
-    order = [o.name for o in run.scene.outlets] if by_outlet else [w.name for w in run.scene.walls]
-    return ("outlet" if by_outlet else TRAY), found[[name for name in order if name in found]]
+    every, by_outlet = [_rows(run)[1] for run in runs], bool(runs[0].scene.outlets)
+    if min(len({v for rows in every for v in rows[column]}) for column in ("diameter_mm", "where")) < 2:
+        return None
+    order = [o.name for o in runs[0].scene.outlets] if by_outlet else [w.name for w in runs[0].scene.walls]
+    names = [name for name in order if any((rows["where"] == name).any() for rows in every)]
+    found = []
+    for rows in every:
+        masses = rows.pivot_table(index="diameter_mm", columns="where", values="mass_kg", aggfunc="sum", fill_value=0.0)
+        found.append(masses.div(masses.sum(axis=1), axis=0).reindex(columns=names, fill_value=0.0))
+    return ("outlet" if by_outlet else TRAY), found
 
 
-def intervals(run: RunDir) -> dict[str, tuple[Floats, Floats]]:
+def intervals(run: RunDir, names: list[str]) -> dict[str, tuple[Floats, Floats]]:
     """Return the ends of the 95 % interval of each share of `shares` by name, with spheres as independent trials (Wilson)."""
     _, rows = _rows(run)
     counts = rows.pivot_table(index="diameter_mm", columns="where", values="mass_kg", aggfunc="size", fill_value=0)
-    number = counts.sum(axis=1)
-    found = {}
-    for name in counts:
-        ends = np.array([wilson(k, n) for k, n in zip(counts[name], number, strict=True)])
+    number, found = counts.sum(axis=1), {}
+    for name, of in counts.reindex(columns=names, fill_value=0).items():
+        ends = np.array([wilson(k, n) for k, n in zip(of, number, strict=True)])
         found[str(name)] = (ends[:, 0], ends[:, 1])
     return found
 

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from operator import attrgetter
 
 from pywet.report.bridge import short
-from pywet.report.collect import CaseResult, grouped, named
+from pywet.report.collect import CaseResult, by_liquid, grouped, named
 
 
 def rows(results: Sequence[CaseResult]) -> list[list[CaseResult]]:
-    """Group cases with results that differ only in moisture, the driest first."""
+    """Group cases with results that differ only in the amount of one liquid, the driest first."""
     there = (r for r in results if r.summary is not None and r.retained is not None)
-    groups = grouped(there, attrgetter("configuration")).values()
-    return [sorted(group, key=lambda r: r.case.liquid_percent) for group in groups]
+    return [sorted(group, key=lambda r: r.case.liquid_percent) for group in by_liquid(there)]
 
 
 def passed(ends: Sequence[float], coarse: float) -> list[float]:

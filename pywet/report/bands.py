@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from pywet.errors import PywetError
 from pywet.products import destinations
 from pywet.products.screening_report import aperture_of
 from pywet.report.pictures import COLOURS, DASHES, INK, STYLE, panels, plt
-from pywet.runs.distinct_seeds import distinct_seeds
+from pywet.runs.distinct_seeds import distinct_seeds, not_counted
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.spread import quantile
 from pywet.util.files import atomic_write
@@ -80,6 +81,14 @@ class Panel:
         curve = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
         self.curves.setdefault((group, name), []).append(curve)
 
+    def common(self) -> None:
+        """Retain of the runs of a curve the positions that all have: a size of which one run has no sphere has no mean."""
+        for key, of in [(key, of) for key, of in self.curves.items() if len(of) > 1]:
+            at = reduce(np.intersect1d, (x for x, _ in of))
+            self.curves[key] = [(x[np.isin(x, at)], y[np.isin(x, at)]) for x, y in of]
+            if not len(at):
+                del self.curves[key]
+
     @property
     def bars(self) -> bool:
         """Return whether intervals of single runs are drawn."""
@@ -115,11 +124,17 @@ def _style(colour: int, dash: int) -> tuple[str, Any]:
     return COLOURS[colour % len(COLOURS)], DASHES[dash % len(DASHES)]
 
 
-def grouped(run_dirs: Sequence[Path]) -> dict[str, list[Path]]:
-    """Group runs by case: a folder CASE-SEED given together with CASE is another seed of it, each seed once."""
+def grouped(run_dirs: Sequence[Path], alike: Callable[[Path, Path], bool]) -> dict[str, list[Path]]:
+    """Group runs by case: a folder CASE-SEED given together with CASE is another seed of it, each seed once.
+
+    A run that differs from CASE in more than the seed, by `alike`, is a separate group, with a notice.
+    """
     groups: dict[str, list[Path]] = {}
     for folder in sorted(map(Path, run_dirs), key=str):
         first = re.sub(r"-\d+$", "", str(folder))
+        if first in groups and not alike(groups[first][0], folder):
+            not_counted(folder, groups[first][0])
+            first = str(folder)
         groups.setdefault(first if first in groups else str(folder), []).append(folder)
     groups = {name: distinct_seeds(runs) for name, runs in groups.items()}
     names = [Path(name).name for name in groups]
@@ -128,7 +143,7 @@ def grouped(run_dirs: Sequence[Path]) -> dict[str, list[Path]]:
 
 
 def panels_of(groups: Mapping[str, Sequence[Path]]) -> list[Panel]:
-    """Return the panels for which the runs have tables; raises if a run has none of them."""
+    """Return the panels for which the runs have tables; raises if a group has none of them."""
     retained = Panel(SINCE_OPENING, "fraction retained [-]")
     liquid = Panel("time [s]", "share of the liquid put in [-]", least=LEAST_SHARE)
     touching = Panel("time [s]", "number per sphere [-]")
@@ -136,18 +151,20 @@ def panels_of(groups: Mapping[str, Sequence[Path]]) -> list[Panel]:
     outlets, trays = (Panel("diameter [mm]", f"partition by {by} [-]") for by in ("outlet", "tray"))
     drawn = (retained, partition, outlets, trays, liquid, touching)
     for group, folders in groups.items():
-        for folder in folders:
-            run = RunDir(Path(folder))
+        runs = [RunDir(Path(folder)) for folder in folders]
+        for run in runs:
             _retained(run, group, retained, partition)
-            _destinations(run, group, {"outlet": outlets, destinations.TRAY: trays})
-            _liquid(run, group, liquid)
             _touching(run, group, touching)
-            if not any(key[0] == group for p in drawn for key in p.curves):
-                raise PywetError(
-                    f"{folder} has neither a fraction retained nor a partition nor liquid to plot; expected a finished "
-                    "screening case, a scene whose sizes part by outlet or tray, or a moist scene",
-                    code="plot.nothing", where=folder,
-                )  # fmt: skip
+        _destinations(runs, group, {"outlet": outlets, destinations.TRAY: trays})
+        _liquid(runs, group, liquid)
+        for of_sizes in (partition, outlets, trays):
+            of_sizes.common()
+        if not any(key[0] == group for p in drawn for key in p.curves):
+            raise PywetError(
+                f"{folders[0]} has neither a fraction retained nor a partition nor liquid to plot; expected a finished "
+                "screening case, a scene whose sizes part by outlet or tray, or a moist scene",
+                code="plot.nothing", where=folders[0],
+            )  # fmt: skip
     if {name for _, name in outlets.curves} == BOTH:
         outlets.y = "share to the overs [-]"
         for held in (outlets.curves, outlets.ends):
@@ -173,13 +190,12 @@ def _aperture(run: RunDir, panel: Panel) -> None:
         panel.apertures.add(aperture)
 
 
-def _destinations(run: RunDir, group: str, panels_by: Mapping[str, Panel]) -> None:
-    """Add the shares of each size of a finished custom scene by outlet or tray."""
-    finished = run.scene.slide is None and (run.path / "trajectory.parquet").exists()
-    found = destinations.shares(run) if finished else None
-    if found is not None:
-        by, table = found
-        panel, ends = panels_by[by], destinations.intervals(run)
+def _destinations(runs: Sequence[RunDir], group: str, panels_by: Mapping[str, Panel]) -> None:
+    """Add the shares of each size of finished runs of a custom scene by outlet or tray."""
+    finished = [run for run in runs if run.scene.slide is None and (run.path / "trajectory.parquet").exists()]
+    by, tables = destinations.shares(finished) or ("", [])
+    for run, table in [(run, table) for run, table in zip(finished, tables, strict=False) if len(table)]:
+        panel, ends = panels_by[by], destinations.intervals(run, [str(name) for name in table])
         for name in table.columns:
             curve = str(name).replace("_", " ")
             panel.add(group, curve, table.index, table[name])
@@ -196,30 +212,32 @@ def _touching(run: RunDir, group: str, panel: Panel) -> None:
         panel.add(group, name, table["time_s"], table[f"{name}_per_sphere"])
 
 
-def _liquid(run: RunDir, group: str, panel: Panel) -> None:
-    if not run.moist:
+def _liquid(runs: Sequence[RunDir], group: str, panel: Panel) -> None:
+    """Add the liquid reservoirs of moist runs; one that is empty in some of them is zero there."""
+    scene = runs[0].scene
+    if not runs[0].moist:
         return
-    titles = class_titles(run.scene)
-    by_wall = ("results/liquid_by_wall",) if run.scene.outlets or len(run.scene.classes) > 1 else ()
+    titles = class_titles(scene)
+    by_wall = ("results/liquid_by_wall",) if scene.outlets or len(scene.classes) > 1 else ()
     for name in ("results/liquid_by_holder", *by_wall, "history/ledger"):
-        table = run.table_if_there(name)
-        if table is None:
-            continue
+        tables = [table for run in runs if (table := run.table_if_there(name)) is not None]
+        reservoirs = list(dict.fromkeys(c for table in tables for c in _reservoirs(table, name.endswith("wall"))))
         time, initial, end = ("time", "initial", "") if name == "history/ledger" else ("time_s", "initial_m3", "_m3")
-        if "time_since_opening_s" in table:
-            time, panel.x = "time_since_opening_s", SINCE_OPENING
-        shares: dict[str, Any] = {}
-        reservoirs = _reservoirs(table, name.endswith("wall"))
-        for reservoir in reservoirs:
-            word = reservoir.removesuffix(end)
-            curve = LEDGER.get(word) if name == "history/ledger" else titles.get(word)
-            curve = curve or word.removeprefix("outlet_").replace("_", " ")
-            if len(reservoirs) > MOST:  # all spheres, all walls
-                curve = JOINED.get(word.partition("_")[0], curve)
-            shares[curve] = shares.get(curve, 0.0) + table[reservoir] / (table[initial].max() or 1.0)
-        for curve, share in shares.items():
-            panel.add(group, curve, table[time], share)
-        return
+        for table in tables:
+            if "time_since_opening_s" in table:
+                time, panel.x = "time_since_opening_s", SINCE_OPENING
+            shares: dict[str, Any] = {}
+            for reservoir in reservoirs:
+                word = reservoir.removesuffix(end)
+                curve = LEDGER.get(word) if name == "history/ledger" else titles.get(word)
+                curve = curve or word.removeprefix("outlet_").replace("_", " ")
+                if len(reservoirs) > MOST:  # all spheres, all walls
+                    curve = JOINED.get(word.partition("_")[0], curve)
+                shares[curve] = shares.get(curve, 0.0) + table[reservoir] / (table[initial].max() or 1.0)
+            for curve, share in shares.items():
+                panel.add(group, curve, table[time], share)
+        if tables:
+            return
 
 
 def _reservoirs(table: pd.DataFrame, every: bool) -> list[str]:
@@ -245,12 +263,12 @@ def mean_and_band(curves: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floa
     return at, values.mean(0), quantile(len(curves)) * values.std(0, ddof=1) / np.sqrt(len(curves))
 
 
-def check_name(path: Path) -> None:
+def check_name(path: Path, formats: Sequence[str] = FORMATS) -> None:
     """Refuse the name of a figure whose suffix is not one of the formats."""
-    if path.suffix.lower() not in FORMATS:
+    if path.suffix.lower() not in formats:
         raise PywetError(
-            f"{path} was given for a figure; expected a name that ends in {', '.join(FORMATS)}",
-            code="plot.suffix", given=path.suffix, expected=FORMATS,
+            f"{path} was given for a figure; expected a name that ends in {', '.join(formats)}",
+            code="plot.suffix", given=path.suffix, expected=formats,
         )  # fmt: skip
 
 

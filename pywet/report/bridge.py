@@ -12,6 +12,7 @@ from rich.table import Table
 from pywet.report.pictures import DPI, GREEN, INK, NAVY, ORANGE, RED, SKY, STYLE, VIOLET, panels, plt
 from pywet.util.files import atomic_write
 
+FORMATS = (".svg", ".png")
 COLOURS = (ORANGE, NAVY, GREEN, VIOLET, RED, SKY)
 Values = Sequence[float | None]
 Measured = tuple[Sequence[float], Mapping[str, Any]] | None
@@ -75,10 +76,11 @@ def figure(gaps: Sequence[float], answer: Mapping[str, Any], exact: Values, meas
 
 
 def draw(path: Path, drawn: Figure) -> None:
-    """Draw the figure as SVG, or as PNG for a file with that suffix, and close it."""
-    how: Any = {"format": "png", "dpi": DPI} if path.suffix == ".png" else {"format": "svg", "metadata": {"Date": None}}
+    """Draw the figure in the format of its suffix, one of `FORMATS`, and close it."""
+    form = path.suffix.lower().removeprefix(".")
+    how: Any = {"dpi": DPI} if form == "png" else {"metadata": {"Date": None}}
     with atomic_write(path) as temporary:
-        drawn.savefig(temporary, **how)
+        drawn.savefig(temporary, format=form, **how)
     plt.close(drawn)
 
 

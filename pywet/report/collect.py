@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +15,12 @@ from pywet.config.cases import Case
 from pywet.errors import PywetError
 from pywet.planning import audit
 from pywet.products import screening_report
-from pywet.runs.distinct_seeds import distinct_seeds
+from pywet.runs import record
+from pywet.runs.distinct_seeds import distinct_seeds, not_counted
 from pywet.runs.record import Status
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Contributions, Summary
 from pywet.util.files import read_table
-from pywet.util.notices import notice
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class CaseResult:
 
     @property
     def done(self) -> bool:
-        """Return whether the run is complete and passes all checks."""
+        """Return whether the run is complete and it and its further seeds pass all checks."""
         return not self.problems
 
     @property
@@ -111,6 +112,15 @@ def grouped(results: Iterable[CaseResult], key: Callable[[CaseResult], Any]) -> 
     return groups
 
 
+def by_liquid(results: Iterable[CaseResult]) -> list[list[CaseResult]]:
+    """Group cases that differ only in the amount of one liquid; dry cases are in every group of their configuration."""
+    groups: list[list[CaseResult]] = []
+    for alike in grouped(results, attrgetter("configuration")).values():
+        liquids = dict.fromkeys(r.case.liquid for r in alike if r.moist)
+        groups += [[r for r in alike if not r.moist or r.case.liquid == liquid] for liquid in liquids] or [alike]
+    return groups
+
+
 def named(results: Sequence[CaseResult]) -> str:
     """Return the cases by number: `case 2`, `cases 2, 3`."""
     return f"case{'s' if len(results) > 1 else ''} {', '.join(str(r.case.case) for r in results)}"
@@ -142,6 +152,7 @@ def _collect_run(run_dir: Path, case: Case, alone: bool) -> CaseResult:
             code="report.dry_run", where=run_dir,
         )  # fmt: skip
     replay, seeds = run.replay, _other_seeds(run_dir)
+    found += tuple(f"{path.name}: {objection}" for path in seeds for objection in verdict.objections(RunDir(path)))
     return CaseResult(
         case,
         found,
@@ -168,17 +179,18 @@ OF_ONE_RUN = ("seed", "seeds", "ranks")
 
 
 def _other_seeds(run_dir: Path) -> list[Path]:
-    """Return the runs of further seeds of a run; those of another configuration or with its seed are left out with a notice."""
+    """Return the runs of further seeds of a run.
+
+    Those of another configuration, file or version of pywet, or with its seed, are left out with a notice.
+    """
     runs = sorted(table.parent.parent for table in run_dir.parent.glob(f"{run_dir.name}-*/{RETAINED}"))
     mine, same = _configured(run_dir), []
     for run in (r for r in runs if r.name.removeprefix(f"{run_dir.name}-").isdigit()):
         other = _configured(run)
-        if mine is None or other is None or mine == other:
+        if (mine is None or other is None or mine == other) and record.alike(run_dir, run):
             same.append(run)
         else:
-            notice.warning(
-                f"{run} was run with another configuration than {run_dir}; it is not counted as a seed of it"
-            )
+            not_counted(run, run_dir)
     return distinct_seeds([run_dir, *same])[1:]
 
 

@@ -5,7 +5,7 @@ Panels follow from the cases given: one per material (dry), one per configuratio
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import cycle
 from typing import Any
@@ -16,7 +16,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from pywet.report.collect import CaseResult, grouped, named
+from pywet.report.collect import CaseResult, by_liquid, grouped, named
 from pywet.report.embedded_json import embedded
 from pywet.report.pictures import GREEN, NAVY, ORANGE, SKY, STYLE, VIOLET, inline, panels, plt, svg
 
@@ -83,31 +83,29 @@ class Meaning:
 def dry(results: Sequence[CaseResult]) -> Sheet:
     """Return the fraction retained of the dry cases, one panel per material (Fig. 10)."""
     cases = [r for r in results if not r.moist]
-    shown = _panels(cases, lambda r: r.case.material, lambda r: f"dry {r.case.material}")
+    groups = grouped(cases, lambda r: r.case.material).values()
+    shown = _panels(groups, lambda group: f"dry {group[0].case.material}")
     return Sheet(shown, _draw_dry, 2, _label_fraction, lambda r: r.case.material, _screen)
 
 
 def moisture(results: Sequence[CaseResult]) -> Sheet:
-    """Return the fraction retained for every liquid amount, one panel per configuration (Fig. 12)."""
-    shown = _panels(results, lambda r: r.configuration, title)
+    """Return the fraction retained for every liquid amount, one panel per configuration and liquid (Fig. 12)."""
+    shown = _panels(by_liquid(results), _heading)
     return Sheet(shown, _draw_moisture, 3, _label_fraction, configuration_value, _amount)
 
 
 def classes(results: Sequence[CaseResult]) -> Sheet:
     """Return the fraction retained of the small and the near mesh class at the larger amplitude (Fig. 13)."""
-    shown = _panels(_strong(results), lambda r: r.configuration, title)
+    shown = _panels(by_liquid(_strong(results)), _heading)
     return Sheet(shown, _draw_classes, 2, _label_fraction, configuration_value, _amount)
 
 
 def liquid(results: Sequence[CaseResult]) -> Sheet:
     """Draw the distribution of the liquid over time, lowest liquid amount, larger amplitude (Fig. 15)."""
-    moist = [r for r in _strong(results) if r.moist]
-    least = {
-        r.configuration: min(q.case.liquid_percent for q in moist if q.configuration == r.configuration) for r in moist
-    }
-    shown = [r for r in moist if r.case.liquid_percent == least[r.configuration]]
-    of_each = _panels(shown, lambda r: r.configuration, lambda r: f"{title(r)}, M = {r.case.liquid_percent:g} %")
-    return Sheet(of_each, _draw_liquid, 2, _label_liquid, lambda r: f"{configuration_value(r)} {r.case.liquid_percent:g}",
+    moist = by_liquid(r for r in _strong(results) if r.moist)
+    least = [[min(group, key=lambda r: r.case.liquid_percent)] for group in moist]
+    of_each = _panels(least, lambda group: f"{title(group[0])}, {_moisture(group[0])}")
+    return Sheet(of_each, _draw_liquid, 2, _label_liquid, lambda r: f"{configuration_value(r)} {_amount(r, '')}",
                  lambda _, column: column.removesuffix("_m3"), LIQUID)  # fmt: skip
 
 
@@ -128,8 +126,9 @@ def _screen(result: CaseResult, _: str = "") -> str:
 
 
 def _amount(result: CaseResult, column: str) -> str:
-    """Return the liquid amount and, for one size class, its name."""
-    return " ".join(filter(None, (f"{result.case.liquid_percent:g}", _class(column))))
+    """Return the liquid amount, the name of the liquid if the case gives it and, for one size class, its name."""
+    liquid = result.case.liquid if result.moist else None
+    return " ".join(filter(None, (f"{result.case.liquid_percent:g}", liquid, _class(column))))
 
 
 def _class(column: str) -> str:
@@ -228,10 +227,13 @@ def _strong(results: Sequence[CaseResult]) -> list[CaseResult]:
     return [r for r in results if r.case.set_amplitude_mm == largest]
 
 
-def _panels(
-    results: Sequence[CaseResult], key: Callable[[CaseResult], Any], name: Callable[[CaseResult], str]
-) -> list[Panel]:
-    return [(f"({chr(97 + k)}) {name(group[0])}", group) for k, group in enumerate(grouped(results, key).values())]
+def _panels(groups: Iterable[Sequence[CaseResult]], name: Callable[[Sequence[CaseResult]], str]) -> list[Panel]:
+    return [(f"({chr(97 + k)}) {name(group)}", group) for k, group in enumerate(groups)]
+
+
+def _heading(group: Sequence[CaseResult]) -> str:
+    """Name the configuration of a group, and its liquid if its cases give it."""
+    return ", ".join([title(group[0]), *dict.fromkeys(r.case.liquid for r in group if r.moist and r.case.liquid)])
 
 
 def _panel(axes: Axes, sheet: Sheet, name: str, group: Sequence[CaseResult]) -> None:

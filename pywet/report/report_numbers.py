@@ -177,7 +177,7 @@ def _answer(numbers: Numbers, results: Sequence[CaseResult]) -> None:
         for r in row:
             name, liquid, passed = r.case.name, r.case.liquid_percent, answer.passed(r.ends, _coarse(r))
             shares["moist" if liquid else "dry"].append(passed)
-            numbers.put(f"{name}.moisture", liquid, f"{liquid:g} % liquid" if liquid else "dry")
+            numbers.put(f"{name}.moisture", liquid, f"{liquid:g} % {r.case.liquid or 'liquid'}" if liquid else "dry")
             numbers.spread(f"{name}.passed_percent", passed, form=".0f")
             if len(passed) > 1:
                 numbers.put(f"{name}.seeds", len(passed))

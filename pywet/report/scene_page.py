@@ -308,13 +308,11 @@ def _ledger(runs: seeds.Runs) -> str:
              "retired": "with spheres that left", "initial": "put in"}  # fmt: skip
     held = [c for c in names if c in ("films", "initial") or any(run.ledger[c].any() for run in runs)]
     tables = [of[["time"]].join(of[held].where(of[held].abs() > ROUNDING * of[held].max().max(), 0.0)) for of in
-              (run.ledger for run in runs)]  # fmt: skip
+              (run.ledger.drop_duplicates("step", keep="last").set_index("step") for run in runs)]  # fmt: skip
+    steps = sorted(set.intersection(*(set(of.index) for of in tables)))  # runs with `until` end at different times
     rows = [
-        [
-            f"{tables[0]['time'].iloc[k]:.4g}",
-            *(seeds.over([1e9 * float(t[c].iloc[k]) for t in tables], 5) for c in held),
-        ]
-        for k in (0, len(tables[0]) // 2, -1)
+        [f"{tables[0].loc[k, 'time']:.4g}", *(seeds.over([1e9 * float(t.loc[k, c]) for t in tables], 5) for c in held)]
+        for k in dict.fromkeys(steps[at] for at in (0, len(steps) // 2, -1))
     ]
     text = "All liquid in mm³: what had been put in until then, and where it is."
     return (

@@ -1,4 +1,4 @@
-"""Count each seed once: leave out runs that repeat the seed of another run of the same scene."""
+"""Count each seed once: leave out runs that repeat the seed of another run of the same scene, or are of another scene."""
 
 from __future__ import annotations
 
@@ -26,3 +26,10 @@ def distinct_seeds(folders: Iterable[Path]) -> list[Path]:
             first[seed] = folder
         chosen.append(folder)
     return chosen
+
+
+def not_counted(run: Path, first: Path) -> None:
+    """Print the notice that a run next to another one is not a seed of it."""
+    notice.warning(
+        f"{run} was run with another configuration, file or version of pywet than {first}; it is not counted as a seed of it"
+    )

@@ -24,6 +24,8 @@ from pywet.util.files import AGAIN, Model, read_bytes, read_json, read_model, wr
 from pywet.util.notices import notice
 
 IDENTITY = "identity.json"
+ANY_SEED = 1
+"""Seed in place of that of a run, for a fingerprint that does not depend on it."""
 REFERENCE = "reference.json"
 STATUS = "status/{}.json"
 NEEDS = {"scene": None, "simulate": "scene", "results": "simulate", "replay": "simulate", "vtk": "simulate"}
@@ -35,6 +37,8 @@ class Identity:
     """Content of `identity.json`."""
 
     identity: str
+    seedless: str | None = None
+    """Fingerprint of the run with the seed `ANY_SEED`, which runs have in common that differ only in the seed."""
 
 
 @dataclass(frozen=True)
@@ -159,17 +163,27 @@ def missing(run_dir: Path) -> str | None:
     return next(absent, None) or next(changed, None)
 
 
-def leave_identity(run_dir: Path, word: str) -> None:
-    """Write the fingerprint of the run in a folder."""
-    _write(run_dir, IDENTITY, Identity(word))
+def leave_identity(run_dir: Path, word: str, seedless: str | None = None) -> None:
+    """Write the fingerprint of the run in a folder, and that of the same run with the seed `ANY_SEED`."""
+    _write(run_dir, IDENTITY, Identity(word, seedless))
 
 
 def left_identity(run_dir: Path) -> str | None:
     """Return the fingerprint of the run in a folder; None if there is none or its file is damaged."""
+    return _identity(run_dir).identity or None
+
+
+def alike(one: Path, other: Path) -> bool:
+    """Return whether two runs may differ only in the seed by their fingerprints; true if a run has none without its seed."""
+    words = [_identity(run_dir).seedless for run_dir in (one, other)]
+    return None in words or words[0] == words[1]
+
+
+def _identity(run_dir: Path) -> Identity:
     try:
-        return _read(run_dir, IDENTITY, Identity).identity
+        return _read(run_dir, IDENTITY, Identity)
     except PywetError:
-        return None
+        return Identity("")
 
 
 @contextmanager

@@ -66,17 +66,38 @@ class Cases:
         """Return the per cent of liquid of a case."""
         return float(self.rows[number]["liquid_percent"] or 0.0)
 
+    def liquid_name(self, number: int) -> str:
+        """Return the name of the liquid that the list of cases gives for a moist case; empty if it gives none."""
+        return (self.rows[number].get("liquid") or "") if self.liquid(number) else ""
+
+    def by_liquid(self, numbers: Sequence[int]) -> list[list[int]]:
+        """List the cases of each configuration and liquid by rising amount, each with the dry ones of the configuration."""
+        groups = []
+        for configuration in dict.fromkeys(map(self.configuration, numbers)):
+            of = [n for n in numbers if self.configuration(n) == configuration]
+            for name in dict.fromkeys(self.liquid_name(n) for n in of if self.liquid(n)) or [""]:
+                alike = (n for n in of if not self.liquid(n) or self.liquid_name(n) == name)
+                groups.append(sorted(alike, key=self.liquid))
+        return groups
+
     def seeds(self, number: int | str) -> list[str]:
         """Return the folders of a case's further seeds, named CASE-SEED.
 
-        Not those that ran with another configuration, nor those whose scene has the seed of the case or of a folder before.
+        Not those that ran with another configuration, or for which a file or the program had changed by their fingerprints, nor
+        those whose scene has the seed of the case or of a folder before.
         """
-        name, mine = name_of(number), self._run_with(number)
+        name, mine, word = name_of(number), self._run_with(number), self._seedless(number)
         there = (path.parent.parent.name for path in self.folder.glob(f"{name}-*/{RETAINED}"))
         seeds = sorted(folder for folder in there if folder.removeprefix(f"{name}-").isdigit())
         alike = [folder for folder in seeds if None in (mine, its := self._run_with(folder)) or its == mine]
+        alike = [folder for folder in alike if None in (word, its := self._seedless(folder)) or its == word]
         used = [(self.json(run, "scene.json") or {}).get("seed") for run in (number, *alike)]
         return [folder for k, folder in enumerate(alike, start=1) if used[k] is None or used[k] not in used[:k]]
+
+    def _seedless(self, number: int | str) -> str | None:
+        """Return the fingerprint of a run that does not depend on its seed; None for a run without one."""
+        found: str | None = (self.json(number, "identity.json") or {}).get("seedless")
+        return found
 
     def _run_with(self, number: int | str) -> str | None:
         """Return the configuration of a run as text, apart from its seed, the number of seeds and of ranks."""
@@ -108,11 +129,11 @@ class Cases:
         data = self.summary(number)
         return bool(data["effects"]["bridges"] if data else self.liquid(number))
 
-    def quantities(self, number: int) -> dict[str, Any]:
+    def quantities(self, number: int | str) -> dict[str, Any]:
         """List the quantities that the replay of a case compared."""
         return dict((self.json(number, "replay.json") or {"quantities": {}})["quantities"])
 
-    def agrees(self, number: int) -> bool:
+    def agrees(self, number: int | str) -> bool:
         """Return whether a case was replayed and nothing is beyond its limit."""
         rows = self.quantities(number).values()
         return bool(rows) and all(q["largest"] <= q["tolerance"] for q in rows)
@@ -122,12 +143,18 @@ class Cases:
         return bool((self.json(number, "status/results.json") or {"ok": False})["ok"])
 
     def done(self, number: int) -> bool:
-        """Return whether every stage of a case succeeded and no check of its outcome fails."""
-        data, stages = self.summary(number), [self.json(number, f"status/{name}.json") for name in STAGES]
-        if data is None or not all(stage and stage["ok"] for stage in stages):
+        """Return whether every stage of a case succeeded and no check of the outcome of it and its further seeds fails."""
+        stages = [self.json(number, f"status/{name}.json") for name in STAGES]
+        ended = all(stage and stage["ok"] for stage in stages)
+        return ended and self._passed(number) and all(self._passed(seed) for seed in self.seeds(number))
+
+    def _passed(self, run: int | str) -> bool:
+        """Return whether a run has results and no check of its outcome fails."""
+        data = self.summary(run)
+        if data is None:
             return False
         whole = data["ledger_error"] is None or data["ledger_error"] <= LOST
-        replayed = self.agrees(number) or not (self.bridged(number) or self.quantities(number))
+        replayed = self.agrees(run) or not (data["effects"]["bridges"] or self.quantities(run))
         return whole and replayed and all(c["ok"] for c in data["checks"])
 
     def _column(self, number: int | str, column: str) -> tuple[Floats, Floats] | None:

@@ -62,7 +62,13 @@ class Runs(Cases):
         """Return the values that the heading of a panel with a case must state."""
         if figure == "dry":
             return self.rows[number]["material"]
-        return self.configuration(number) + (f" {self.liquid(number):g}" if figure == "liquid" else "")
+        return (
+            f"{self.configuration(number)} {self.amount(number)}" if figure == "liquid" else self.configuration(number)
+        )
+
+    def amount(self, number: int) -> str:
+        """Return the per cent of liquid of a case, and the name of the liquid if the list of cases gives it."""
+        return f"{self.liquid(number):g} {self.liquid_name(number)}".strip()
 
     def meaning(self, figure: str, run: str, column: str) -> str | None:
         """Return the values that the label of a curve must state; None for a run that the figure cannot contain."""
@@ -78,7 +84,7 @@ class Runs(Cases):
             return None
         if start == "liquid":
             return column.removesuffix("_m3")
-        return self.screen(number) if start == "dry" else f"{self.liquid(number):g} {of_class}".strip()
+        return self.screen(number) if start == "dry" else f"{self.amount(number)} {of_class}".strip()
 
     def number(self, run: str) -> int | None:
         """Return the number of the case of a folder, also for one with another preset; None for another folder."""

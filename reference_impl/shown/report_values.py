@@ -242,11 +242,9 @@ def _thresholds(cases: Cases) -> Iterator[Value]:
 def _answer(cases: Cases, numbers: Numbers) -> Iterator[Value]:
     """Yield the passed share of passable material, for each case, all dry and all moist ones, and the effect of moisture."""
     there = [n for n in cases.listed if _there(cases, n, numbers) and cases.retained(n)]
-    groups: dict[str, list[int]] = {}
-    for n in sorted(there, key=cases.liquid):
-        groups.setdefault(cases.configuration(n), []).append(n)
+    groups = cases.by_liquid(there)
     if there:
-        time = cases.column(groups[cases.configuration(there[0])][0], "fraction_retained")
+        time = cases.column(groups[0][0], "fraction_retained")
         yield "time_since_opening_s", None if time is None else float(time[0][-1]), "2 digits"
     through = {n: 1.0 - cases.summary(n)["coarse_share"] for n in there}
     passed = {n: [100.0 * (1.0 - end) / through[n] if through[n] else 0.0 for end in cases.ends(n)] for n in there}
@@ -256,9 +254,9 @@ def _answer(cases: Cases, numbers: Numbers) -> Iterator[Value]:
         if len(shares) > 1:
             yield f"{name_of(n)}.seeds", len(shares), "whole"
     outcomes: list[Any] = []
-    for configuration, group in groups.items():
+    for group in groups:
         first, last = group[0], group[-1]
-        yield f"{name_of(first)}.configuration", configuration, "states"
+        yield f"{name_of(first)}.configuration", cases.configuration(first), "states"
         yield f"{name_of(first)}.coarse_percent", 100.0 * cases.summary(first)["coarse_share"], "3 digits"
         if first != last:
             compared = list(_difference(f"{name_of(last)}.difference", cases.ends(first), cases.ends(last), 2))

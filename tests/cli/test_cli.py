@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 import typer.main
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import pywet
@@ -24,6 +25,7 @@ from pywet.cases.screening import cases
 from pywet.cli import groups
 from pywet.cli.app import app
 from pywet.laws import registry
+from pywet.report import bridge
 from tests.cases.screening import synthetic
 from tests.error_codes import code_of, error_of
 
@@ -164,6 +166,33 @@ def test_a_case_runs_on_the_configured_ranks(
 def test_options_of_plan_without_effect_are_refused(runner: CliRunner, words: list[str], code: str, key: str) -> None:
     error = error_of(runner.invoke(app, ["plan", *words, "--config", str(CONFIG)]))
     assert error is not None and (error.code, error.key) == (code, key)
+
+
+@pytest.mark.parametrize(
+    ("words", "key"),
+    [
+        (["kinetics", "run", "--from", "2"], "--from"),
+        *(
+            (["view", "run", "--step", "500", word], "--step")
+            for word in ("--movie", "--paraview", "--vtkhdf", "--ovito")
+        ),
+    ],
+)
+def test_options_without_effect_are_refused(runner: CliRunner, words: list[str], key: str) -> None:
+    """Before the run is read: there is none in this folder."""
+    error = error_of(runner.invoke(app, words))
+    assert error is not None and (error.code, error.key) == ("cli.unused_option", key)
+    used = [*words, "--close-up", "1"] if words[0] == "view" else words[:2]
+    assert code_of(runner.invoke(app, used)) not in ("", "cli.unused_option")
+
+
+def test_a_plot_of_a_bridge_has_the_format_of_its_name(runner: CliRunner, tmp_path: Path) -> None:
+    """Another suffix is refused before the question is read; .PNG is a PNG."""
+    error = error_of(runner.invoke(app, ["bridge", "none.json", "--plot", "force.pdf"]))
+    assert error is not None and (error.code, error.given, error.expected) == ("plot.suffix", ".pdf", (".svg", ".png"))
+    for name, start in (("a.PNG", b"\x89PNG"), ("a.svg", b"<?xml")):
+        bridge.draw(tmp_path / name, Figure())
+        assert (tmp_path / name).read_bytes().startswith(start)
 
 
 def test_plan_prints_one_line_per_effect(runner: CliRunner) -> None:

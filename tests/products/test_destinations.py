@@ -23,7 +23,7 @@ SIZES = {"coarse": 8.0, "fine": 3.0}
 def test_shares_by_outlet_are_the_partition_of_the_screen(tmp_path: Path) -> None:
     """T of the made-up run, 0, 1/4, 3/4, 1, is the share of the outlet overs."""
     run = made_up.make(tmp_path)
-    by, table = destinations.shares(RunDir(run)) or ("", pd.DataFrame())
+    by, (table,) = destinations.shares([RunDir(run)]) or ("", [pd.DataFrame()])
     assert by == "outlet" and table.columns.tolist() == ["overs", "unders"]
     curve = screening_report.analyse(run)[1]
     assert table.index.tolist() == pytest.approx(curve["diameter_mm"].tolist())
@@ -64,7 +64,7 @@ def trays(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_shares_by_tray_count_the_spheres_in_it(trays: Path) -> None:
     """A vessel of any name and a block that is called a tray; one that moves is none."""
-    by, table = destinations.shares(RunDir(trays)) or ("", pd.DataFrame())
+    by, (table,) = destinations.shares([RunDir(trays)]) or ("", [pd.DataFrame()])
     assert by == "tray" and table.index.tolist() == pytest.approx([3.0, 8.0])
     assert len(table.columns) == 2 and table["tray_2"].tolist() == pytest.approx([0.8, 0.1])
     assert table.sum(axis=1).tolist() == pytest.approx([1.0, 1.0])
@@ -76,4 +76,20 @@ def test_one_tray_with_all_in_it_is_no_partition(trays: Path, tmp_path: Path) ->
     shutil.copytree(trays, tmp_path, dirs_exist_ok=True)
     table = read_table(trays / "trajectory.parquet")
     write_table(table.assign(x=-0.04), tmp_path / "trajectory.parquet")
-    assert destinations.shares(RunDir(tmp_path)) is None
+    assert destinations.shares([RunDir(tmp_path)]) is None
+    _, tables = destinations.shares([RunDir(trays), RunDir(tmp_path)]) or ("", [])  # a seed of it is all the same
+    assert [table["tray_2"].tolist() for table in tables] == [pytest.approx([0.8, 0.1]), [0.0, 0.0]]
+
+
+def test_a_seed_without_overs_has_the_share_zero(tmp_path: Path) -> None:
+    """T of 0, 1/4, 3/4, 1 in one run and of 0 in the other: half of it; a size that left one run nowhere has no mean."""
+    runs = [made_up.make(tmp_path / "deck"), made_up.make(tmp_path / "deck-2", overs=(0, 0, 0, 0))]
+    (panel,) = bands.panels_of({"deck": runs})
+    sizes, mean, half = bands.mean_and_band(panel.curves["deck", "overs"])
+    assert sizes.tolist() == pytest.approx([1.0, 2.0, 3.0, 4.0])
+    assert half is not None and mean.tolist() == pytest.approx([0.0, 0.125, 0.375, 0.5])
+    left = read_table(runs[1] / "history" / "retired.parquet")
+    write_table(left[left["type"] != 2], runs[1] / "history" / "retired.parquet")
+    (panel,) = bands.panels_of({"deck": runs})
+    sizes, mean, _ = bands.mean_and_band(panel.curves["deck", "overs"])
+    assert sizes.tolist() == pytest.approx([1.0, 3.0, 4.0]) and mean.tolist() == pytest.approx([0.0, 0.375, 0.5])

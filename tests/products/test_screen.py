@@ -26,6 +26,7 @@ from pywet.geometry.motion import engine_displacement
 from pywet.products import intervals, screening_report, steady, streams
 from pywet.products.partition import partition_curve, separation, size_at
 from pywet.report import page, screen_page
+from pywet.runs import record
 from pywet.runs.rundir import RunDir
 from pywet.scene import Insertion, Vibration
 from reference_impl.replay import io
@@ -314,6 +315,14 @@ def test_seeds_of_runs_without_a_description(made: Path, tmp_path: Path) -> None
     (runs[1] / "scene.json").write_text(json.dumps({**scene, "box_high_m": [1.0, 1.0, 1.5]}))
     scene = json.loads((runs[2] / "scene.json").read_text())
     (runs[2] / "scene.json").write_text(json.dumps({**scene, "duration_s": 3.0}))
+    assert grouping.by_scene(runs) == [runs[:2], runs[2:]]
+    for run, blocks in zip(runs, (8, 9, 9), strict=True):  # runs with `until` end after different numbers of blocks
+        scene = json.loads((run / "scene.json").read_text())
+        scene["output"]["contact_windows"], scene["blocks"] = 0, blocks
+        (run / "scene.json").write_text(json.dumps({**scene, "duration_s": 0.2 * blocks}))
+    assert grouping.by_scene(runs) == [runs]
+    for run, word in zip(runs, ("one", "one", "other"), strict=True):  # or of files that have changed
+        record.leave_identity(run, run.name, word)
     assert grouping.by_scene(runs) == [runs[:2], runs[2:]]
 
 

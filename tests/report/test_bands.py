@@ -20,9 +20,11 @@ from typer.testing import CliRunner
 
 from pywet import stages
 from pywet.cli.app import app
+from pywet.compare.grouping import same_scene
 from pywet.products import streams
 from pywet.products.partition import wilson
 from pywet.report import bands, pictures
+from pywet.runs import record
 from pywet.runs.rundir import RunDir
 from pywet.util.files import read_table, write_table
 from tests.cases.screening import synthetic
@@ -73,7 +75,7 @@ def test_the_figure_has_the_width_it_is_printed_in(seeds: list[Path], tmp_path: 
 
 def test_the_band_is_students_interval(seeds: list[Path]) -> None:
     """0.5 ± 4.303 × 0.1/√3 at the end; a partition of the two sizes that the run has."""
-    groups = bands.grouped(seeds)
+    groups = bands.grouped(seeds, same_scene)
     assert list(groups) == ["case02"]
     retained, partition, liquid = bands.panels_of(groups)
     _, mean, half = bands.mean_and_band(retained.curves["case02", ""])
@@ -86,7 +88,53 @@ def test_each_seed_is_in_a_band_once(seeds: list[Path], tmp_path: Path) -> None:
     """A folder CASE-SEED whose scene has the seed of CASE is left out."""
     again = shutil.copytree(seeds[0], tmp_path / "case02"), shutil.copytree(seeds[0], tmp_path / "case02-8")
     other = shutil.copytree(seeds[1], tmp_path / "case02-9")
-    assert bands.grouped([*again, other]) == {"case02": [again[0], other]}
+    assert bands.grouped([*again, other], same_scene) == {"case02": [again[0], other]}
+
+
+@pytest.mark.parametrize("changed", ["film", "fingerprint"])
+def test_runs_that_differ_in_more_than_the_seed_have_separate_curves(
+    seeds: list[Path], tmp_path: Path, caplog: pytest.LogCaptureFixture, changed: str
+) -> None:
+    """Of three folders CASE and CASE-SEED one has another film, or was made from other files: a band of two and a curve."""
+    runs = [shutil.copytree(run, tmp_path / run.name) for run in seeds]
+    if changed == "film":
+        scene = json.loads((runs[1] / "scene.json").read_text())
+        scene["liquid"]["initial_film_thickness_m"] *= 2.0
+        (runs[1] / "scene.json").write_text(json.dumps(scene))
+    else:
+        for k, word in enumerate(("one", "other", "one")):
+            record.leave_identity(runs[k], f"seed {k}", word)
+    assert bands.grouped(runs, same_scene) == {"case02": [runs[0], runs[2]], "case02-8": [runs[1]]}
+    assert caplog.text.count("it is not counted as a seed of it") == 1
+    done = CliRunner().invoke(app, ["plot", *map(str, runs), "--out", str(tmp_path / "f.svg")])
+    assert done.exit_code == 0 and "case02-8" in (tmp_path / "f.svg").read_text()
+
+
+def test_a_reservoir_that_is_empty_in_some_seeds_is_zero_there(seeds: list[Path], tmp_path: Path) -> None:
+    """Shares of 0, 0 and 0.3 at the end: the mean is 0.1, with Student's interval of all three, 0.1 ± 4.303 × 0.1."""
+    runs = [Path(shutil.copytree(run, tmp_path / run.name)) for run in seeds]
+    for run, share in zip(runs, (0.0, 0.0, 0.3), strict=True):
+        path = run / "results" / "liquid_by_holder.parquet"
+        table = read_table(path).assign(wires_m3=0.0)
+        table.loc[table.index[-1], "wires_m3"] = share * table["initial_m3"].max()
+        write_table(table, path)
+    *_, liquid = bands.panels_of(bands.grouped(runs, same_scene))
+    _, mean, half = bands.mean_and_band(liquid.curves["case02", "wires"])
+    assert half is not None and (mean[-1], half[-1]) == pytest.approx((0.1, 4.303 * 0.1), rel=1e-3)
+
+
+def test_reservoirs_are_summed_in_all_seeds_or_in_none(tmp_path: Path) -> None:
+    """Ten reservoirs in the first run, three in the second: of both the sums over spheres and over walls are drawn."""
+    runs = [RunDir(run) for (run,) in decks(tmp_path).values()]
+    path = runs[1].path / "results" / "liquid_by_wall.parquet"
+    empty = {
+        f"{word}_m3": 0.0 for word in (*(f"spheres_{k}_mm" for k in range(2, 5)), *(f"wall_{k}" for k in range(4)))
+    }
+    write_table(read_table(path).assign(**empty), path)
+    panel = bands.Panel("time [s]", "share")
+    bands._liquid([as_moist(run) for run in runs], "deck", panel)
+    ends = {name: [y[-1] for _, y in of] for (_, name), of in panel.curves.items()}
+    assert ends == {"on spheres": [0.4, 0.1], "on walls": [0.4, 0.0], "overs": [0.1, 0.1], "unders": [0.1, 0.1]}
 
 
 def test_a_partition_is_of_the_dry_mass_and_liquid_has_the_time_of_the_fraction_retained(seeds: list[Path]) -> None:
@@ -103,12 +151,12 @@ def test_a_partition_is_of_the_dry_mass_and_liquid_has_the_time_of_the_fraction_
 def test_what_cannot_be_drawn_is_refused(seeds: list[Path], tmp_path: Path) -> None:
     """Another format, a width that is no paper's, and a run with nothing to draw, each in a sentence that names the way out."""
     with raises_code("plot.suffix", given=".bmp"):
-        bands.write(tmp_path / "fig.bmp", bands.grouped(seeds))
+        bands.write(tmp_path / "fig.bmp", bands.grouped(seeds, same_scene))
     done = CliRunner(env={"COLUMNS": "300"}).invoke(app, ["plot", str(seeds[0]), "--width", "2"])
     assert done.exit_code != 0 and "40 to 500" in done.output
     dry = synthetic.make(tmp_path / "dry", moist=False)
     with raises_code("plot.nothing"):
-        bands.write(tmp_path / "fig.pdf", bands.grouped([dry]))
+        bands.write(tmp_path / "fig.pdf", bands.grouped([dry], same_scene))
 
 
 @pytest.mark.parametrize(("count", "name"), [(2, "overs"), (3, "largest overlap of spheres with walls"), (14, "wall")])
@@ -129,13 +177,17 @@ def test_curves_differ_and_their_legend_is_below(count: int, name: str) -> None:
     pictures.plt.close(figure)
 
 
+def as_moist(run: RunDir) -> Any:
+    """A made-up run, which has tables of liquid without bridges, as one with bridges."""
+    return SimpleNamespace(moist=True, scene=run.scene, table_if_there=run.table_if_there)
+
+
 def drawn(monkeypatch: pytest.MonkeyPatch, path: Path, groups: dict[str, list[Path]]) -> Figure:
     """The figure that was written; the made-up runs have tables of liquid without bridges."""
     liquid = bands._liquid
 
-    def moist(run: RunDir, group: str, panel: bands.Panel) -> None:
-        of: Any = SimpleNamespace(moist=True, scene=run.scene, table_if_there=run.table_if_there)
-        liquid(of, group, panel)
+    def moist(runs: list[RunDir], group: str, panel: bands.Panel) -> None:
+        liquid([as_moist(run) for run in runs], group, panel)
 
     monkeypatch.setattr(bands, "_liquid", moist)
     figures: list[Figure] = []

@@ -5,18 +5,24 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import pandas as pd
 import pytest
 import yaml
 from typer.testing import CliRunner
 
 import pywet
+from pywet import scene_stages
 from pywet.cases.custom import seeds
 from pywet.cli.app import app
+from pywet.errors import PywetError
 from pywet.report import scene_page as page
+from pywet.runs import record
 from pywet.runs.spread import with_interval
 from tests.cases.custom.conftest import beads
+from tests.cases.screening import synthetic
 
 SEEDS = 3
 
@@ -108,6 +114,49 @@ def test_another_scene_in_a_folder_of_that_name_is_no_seed(folder: Path, tmp_pat
     (tmp_path / "run-5" / "description.json").write_text(json.dumps(other))
     (tmp_path / "run-6" / "summary.json").unlink()
     assert [run.path.name for run in seeds.of_scene(tmp_path / "run")] == ["run"]
+
+
+def test_a_seed_of_another_file_is_not_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The file of a wall changes after the seeds 1 and 2: descriptions are the same, fingerprints without the seed are not."""
+    scene = pywet.Scene(**beads(walls=[{"name": "cup", "stl": "cup.stl", "stl_unit": "m"}]), folder=tmp_path)
+
+    def ended(made: pywet.Scene, where: Path, _: object) -> None:
+        (where / "description.json").write_text(json.dumps({"name": made.name, "seed": made.seed}))
+        (where / "scene.json").write_text(synthetic.scene().model_copy(update={"seed": made.seed}).model_dump_json())
+        (where / "summary.json").write_text("{}")
+        raise PywetError("it ends here")
+
+    monkeypatch.setattr(scene_stages.building, "write", ended)
+    for name, seed, text in (("run", 1, "one"), ("run-2", 2, "one"), ("run-3", 3, "another")):
+        (tmp_path / "cup.stl").write_text(text)
+        with pytest.raises(PywetError, match="it ends here"):
+            scene_stages.finish(scene.with_(seed=seed), tmp_path / name)
+    assert len({record.left_identity(tmp_path / name) for name in ("run", "run-2", "run-3")}) == SEEDS
+    assert [run.path.name for run in seeds.of_scene(tmp_path / "run")] == ["run", "run-2"]
+    assert f"{tmp_path / 'run-3'} was run with another configuration, file" in caplog.text
+    record.leave_identity(tmp_path / "run-3", "of a version without the second fingerprint")
+    assert [run.path.name for run in seeds.of_scene(tmp_path / "run")] == ["run", "run-2", "run-3"]
+
+
+def test_the_ledger_of_seeds_has_times_that_all_have() -> None:
+    """Runs with `until` of 21 and 10 outputs: rows at the outputs 0, 5 and 9; films hold 1 and 3 mm³ times the output."""
+
+    def run(rows: int, factor: float) -> Any:
+        names = ("films", "bridges", "walls", "left", "retired")
+        ledger = pd.DataFrame({"step": [100 * k for k in range(rows)], "time": [0.5 * k for k in range(rows)]})
+        ledger = ledger.assign(**dict.fromkeys(names, 0.0), initial=1e-7)
+        ledger["films"] = [1e-9 * factor * k for k in range(rows)]
+        return SimpleNamespace(summary={"energy_J": {"kinetic": 0.0}, "events": {}}, ledger=ledger)
+
+    text = page._ledger([run(21, 1.0), run(10, 3.0)])
+    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row)[:2] for row in re.findall(r"<tr>(.*?)</tr>", text, re.DOTALL)]
+    assert [row for row in rows if row][:3] == [
+        ["0", "0"],
+        ["2.5", with_interval([5.0, 15.0], 5)],
+        ["4.5", with_interval([9.0, 27.0], 5)],
+    ]
 
 
 @pytest.mark.engine
