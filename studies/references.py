@@ -96,7 +96,10 @@ def spheres(seed: int, folder: Path) -> Numbers:
 
 SCENES: dict[str, Reference] = {
     "pull": Reference("pywet scene pull --seconds 0.02", (1,), _scene("pull", seconds=0.02)),
-    "collision": Reference("pywet scene collision --moisture 0.2", (1,), _scene("collision", moisture_percent=0.2)),
+    "collision": Reference(
+        "pywet scene collision --moisture 0.2 --seconds 0.0060522", (1,),
+        _scene("collision", moisture_percent=0.2, seconds=0.0060522),
+    ),
     "bed": Reference("pywet scene bed --spheres 40 --seconds 0.12 --seed N", tuple(range(1, 11)),
                      _scene("bed", spheres=40, seconds=0.12)),
     "screening": Reference("case 2, smoke scale, 16 spheres, 0.9 s", tuple(range(1, 9)), screening),

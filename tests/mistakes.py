@@ -337,6 +337,10 @@ def mistakes() -> dict[str, Call]:
         "spheres.not_finite": lambda _: problem.check(replace(two, velocity=two.velocity * np.nan)),
         "spheres.form": lambda folder: forms.parse({"form": "cubes"}, "cubes.json"),
         "step.no_spheres": lambda _: time_steps.advise(scene.model_copy(update={"classes": no_spheres})),
+        "step.not_proportional": lambda _: time_steps.refuse_nonlinear_drag(
+            scene.effects.model_copy(update={"viscous_normal": "buck_water"}), "semi_implicit",
+            "time_step.viscous_integration", "config.yaml",
+        ),
         "stl.far": lambda folder: cad.read_cad(written(folder, ascii_stl(triangles(4, 1e9)), "a.stl"), 1.0),
         "stl.shell": lambda folder: cad.read_cad(written(folder, ascii_stl(triangles(3)), "a.stl"), 1.0, shell_m=0.01),
         "surface.large": lambda _: surface.make_surface("floor", "wall", [(triangles(4, 1e3), None)]),

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
 
+from pywet import scene_stages
 from pywet.calibration import experiments
+from pywet.cases.custom.description import Scene
 from pywet.cases.screening import identity
+from pywet.cases.small import small
 from pywet.engines import run_store
 from pywet.engines.liggghts.build import SOURCES as PLUGIN
+from pywet.laws import registry
 from pywet.util import sources
+from tests.cases.custom.conftest import beads
 from tests.cases.screening import synthetic
 from tests.import_graph import ROOT, modules
 
@@ -52,3 +58,26 @@ def test_checkpoints_identities_and_calibrations_change_with_the_list(
     file.write_text("two")
     assert all(one != other for one, other in zip(prints(), before, strict=True))
     sources.digest_of_a_run.cache_clear()
+
+
+def test_runs_with_the_law_of_a_package_change_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Any of its files counts, as a module of the law may import it; runs without its laws stay the same."""
+    (tmp_path / "published_package").mkdir()
+    (tmp_path / "published_package" / "__init__.py").touch()
+    monkeypatch.syspath_prepend(str(tmp_path))
+    points = (EntryPoint("published_law", "published_package.laws:law", registry.GROUP),)
+    monkeypatch.setattr(registry, "published", lambda: points)
+
+    def prints(law: str) -> list[str]:
+        registry._package_digest.cache_clear()
+        described, scene = Scene(**beads(laws={"capillary": law})), synthetic.scene()
+        scene = scene.model_copy(update={"effects": small.PAPER.model_copy(update={"capillary": law})})
+        made = run_store.fingerprint(tmp_path, scene), identity.of({"law": law}), scene_stages.fingerprint(described)
+        return [*made, experiments._name(described)]
+
+    before, built_in = prints("published_law"), prints("willett")
+    assert prints("published_law") == before
+    (tmp_path / "published_package" / "parts.py").write_text("FACTOR = 2.0\n")
+    assert all(one != other for one, other in zip(prints("published_law"), before, strict=True))
+    assert prints("willett") == built_in
+    registry._package_digest.cache_clear()

@@ -26,7 +26,7 @@ from pywet.config.dotted_keys import filled, holds
 from pywet.config.loading import begun, parse, read_yaml
 from pywet.engines.process import package_version
 from pywet.errors import ConfigError, PywetError
-from pywet.laws import custom_laws
+from pywet.laws import custom_laws, registry
 from pywet.runs.loaded import Run
 from pywet.util import sources
 from pywet.util.files import read_bytes, read_if_there, read_json, write_json
@@ -154,7 +154,7 @@ class Experiment:
 def _name(scene: Scene) -> str:
     """Return the digest of a run: its scene, STL files, law files, and the program."""
     message = json.dumps(scene.model_dump(mode="json", exclude={"folder", "file"}), sort_keys=True)
-    word = hashlib.sha256(message.encode() + _program())
+    word = hashlib.sha256(message.encode() + _program() + registry.published_code(message).encode())
     chosen = scene.laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
     laws = [law for law in [*chosen.values(), *scene.laws.reference.values()] if custom_laws.is_custom(law)]
     files = [(scene.folder / wall.stl, CURE) for wall in scene.walls if wall.stl]

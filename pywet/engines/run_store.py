@@ -11,6 +11,7 @@ sums of all logs. `engine/tables.json` lists the tables of the run, `engine/run.
 from __future__ import annotations
 
 import hashlib
+import json
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ from typing import Any
 from pywet import run_folder
 from pywet.engines.liggghts import logs
 from pywet.errors import PywetError
+from pywet.laws import registry
 from pywet.runs import tables
 from pywet.scene import EngineScene
 from pywet.schema import RAW
@@ -61,7 +63,7 @@ def fingerprint(run_dir: Path, scene: EngineScene, *parts: str) -> str:
     files += [Path(law.rpartition(":")[0]) for law in named if ".py:" in law]
     for path in files:
         digest.update(path.read_bytes() if path.is_file() else b"-")
-    for part in (sources.digest_of_a_run(), *parts):
+    for part in (sources.digest_of_a_run(), registry.published_code(json.dumps(scene.effects.laws)), *parts):
         digest.update(b"\0" + part.encode())
     return digest.hexdigest()
 

@@ -119,9 +119,13 @@ def findings(kind: str, name: str) -> list[Finding]:
     return found
 
 
-@cache
 def warn(kind: str, name: str) -> None:
     """Warn once of each check that a custom law fails although it is finite and of the right sign, which is required."""
+    _warn(kind, name, custom_laws.digest(name))
+
+
+@cache
+def _warn(kind: str, name: str, digest: str) -> None:
     for finding in findings(kind, name):
         if finding.ok is False:
             notice.warning("law %s: WRONG %s: %s (pywet laws --check %s)", name, finding.check, finding.found, name)

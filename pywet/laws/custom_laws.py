@@ -44,6 +44,12 @@ def _followed(path: Path | str) -> Path:
     return Path(os.path.realpath(path))
 
 
+def digest(name: str) -> str:
+    """Return the digest of a custom law's file; empty for another name, and for a missing file, which `functions` refuses."""
+    path = _path(name)
+    return hashlib.sha256(read_bytes(path, CURE)).hexdigest() if is_custom(name) and path.is_file() else ""
+
+
 def trust(names: Iterable[str | None], below: Path | None = None) -> None:
     """Trust the law files named here with their present content; other names and missing files are ignored.
 

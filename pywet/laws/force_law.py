@@ -11,7 +11,6 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from types import ModuleType
 from typing import Any, overload
 
@@ -49,7 +48,7 @@ class ForceLaw:
     prepared: Prepared | None = None
     """The law in two parts, if that is cheaper."""
     cached = True
-    """Whether the compiled code may be cached between processes."""
+    """Whether the compiled code of a built-in law may be cached between processes."""
     fastmath: Any = False
     """Floating-point optimisations allowed to the compiler (numba's `fastmath`)."""
 
@@ -138,9 +137,10 @@ class ForceLaw:
         return self._compile(lambda cache: numba.vectorize([self._signature], cache=cache)(self.python))
 
     def _compile(self, build: Callable[[bool], Any]) -> Any:
-        # numba caches only what can be imported by name; closures with the same source would share a file and are excluded
-        named = Path(self.python.__code__.co_filename).is_file() and self.__module__ in sys.modules
-        in_file = self.cached and named and self.python.__closure__ is None
+        # numba compares only the file of the function itself: another law may call functions of other files, or read tables
+        # at addresses of this process; closures with the same source would share a file
+        built_in = str(self.__module__).startswith("pywet.") and self.__module__ in sys.modules
+        in_file = self.cached and built_in and self.python.__closure__ is None and not self.tabulated
         try:
             return build(in_file)
         except Exception as error:  # numba passes on whatever the user's code raises

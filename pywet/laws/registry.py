@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache, partial
 from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 from pywet.errors import LawError, PywetError
@@ -25,6 +28,7 @@ from pywet.laws import (
 )
 from pywet.laws.force_law import REGISTERED, ForceLaw, check, check_kind
 from pywet.laws.kinds import KINDS
+from pywet.util import sources
 
 GROUP = "pywet.laws"
 """Entry-point group of published laws."""
@@ -85,9 +89,29 @@ def published() -> tuple[EntryPoint, ...]:
     return tuple(entry_points(group=GROUP))
 
 
+def published_code(text: str) -> str:
+    """Return the digests of the packages that publish the laws which a JSON text names; empty if it names none."""
+    named = sorted((p.name, p.module) for p in published() if json.dumps(p.name) in text)
+    return "".join(_package_digest(module.partition(".")[0]) for _, module in named)
+
+
 @cache
+def _package_digest(package: str) -> str:
+    """Return the digest of the Python files of an installed package, once for each process, as they are imported once."""
+    spec = find_spec(package)
+    folders = spec.submodule_search_locations if spec else None
+    single = [Path(spec.origin)] if spec and spec.origin else []
+    files = sorted(path for folder in folders for path in Path(folder).rglob("*.py")) if folders else single
+    return sources.digest(files, package)
+
+
 def get(kind: str, name: str) -> Law:
-    """Return the law of a kind and name; a custom law is first checked on a probe grid."""
+    """Return the law of a kind and name; a custom law is first checked on a probe grid, again if its file has changed."""
+    return _found(kind, name, custom_laws.digest(name))
+
+
+@cache
+def _found(kind: str, name: str, digest: str) -> Law:
     check_kind(kind)
     if name in BUILT_IN[kind]:
         return Law(name, kind, BUILT_IN[kind][name])

@@ -34,8 +34,9 @@ import scipy
 from pywet.errors import PywetError, UnstableStep
 from pywet.geometry.motion import peak_speed
 from pywet.laws import contact, registry
+from pywet.laws.force_law import PROBE
 from pywet.laws.hertz import HEAD_ON, STIFFEST, Hertz, impact_duration, rayleigh_time
-from pywet.scene import ContactPair, EngineScene, Slide, SphereClass, Vibration
+from pywet.scene import ContactPair, Effects, EngineScene, Slide, SphereClass, Vibration
 
 PACKED = 4.0
 """Largest eigenvalue in a dense packing over that of a pair."""
@@ -45,6 +46,10 @@ IMPULSES = "impulses of bridges"
 """Name of the limit that contact stiffness imposes on bridges that act every few steps."""
 OF_RAYLEIGH, OF_IMPACT = 0.2, 1.0 / 20.0
 """Fractions of the Rayleigh time, and of the duration of a Hertz impact, that resolve them."""
+DRAWN = {"normal_velocity": (1.0, 0.1, 0.01, -0.01, -0.1, -1.0), "viscosity": (1e-3, 1.0)}
+"""Normal velocities [m/s] and viscosities [Pa s] at which a drag is compared with one proportional to the velocity."""
+ROUND_OFF = 1e-6
+"""Relative difference of a drag coefficient that is attributed to rounding."""
 SPIN = 2.5
 """r²/I of a sphere in units of 1/m: tangential forces also spin the bodies."""
 
@@ -151,6 +156,26 @@ def refuse_unstable(scene: EngineScene) -> None:
                 f"{limit.bodies} allows at most {limit.time_step_s:.3g} s; {remedy}",
                 step_s=scene.time_step_s, largest_s=limit.time_step_s, code="step.unstable",
             )  # fmt: skip
+
+
+def refuse_nonlinear_drag(effects: Effects, integration: str, key: str, where: str) -> None:
+    """Raise for a normal viscous law that is not proportional to the velocity, if its force is integrated semi-implicitly.
+
+    That takes its coefficient at 1 m/s at every velocity. The law is compared on its probe grid, for two viscosities.
+    """
+    name = effects.viscous_normal
+    if name is None or integration != "semi_implicit":
+        return
+    law = registry.get("viscous_normal", name).functions[0]
+    grid = np.meshgrid(*({**PROBE, **DRAWN}[argument] for argument in law.arguments), indexing="ij")
+    axis = law.arguments.index("normal_velocity")
+    coefficients = np.moveaxis(law(*grid) / grid[axis], axis, 0)
+    if not (np.abs(coefficients - coefficients[0]) <= ROUND_OFF * np.abs(coefficients[0])).all():
+        raise PywetError(
+            f"{where}: the force of law {name} is not proportional to the velocity, and {key} is semi_implicit; "
+            "expected explicit: set it",
+            code="step.not_proportional", key=key, given=integration, expected="explicit", where=where,
+        )  # fmt: skip
 
 
 def _limits(scene: EngineScene) -> list[Limit]:
@@ -299,7 +324,10 @@ class _Bridge:
         """Return the largest |dF/dS| of the capillary force between contact and rupture [N/m], by differences over 200 gaps."""
         if not self._scene.effects.capillary or self._volume <= 0.0:
             return 0.0
-        gaps = np.linspace(0.0, self.rupture(), 201)
+        longest = self.rupture()
+        if math.isnan(longest):  # the run stops with the bridge
+            return 0.0
+        gaps = np.linspace(0.0, longest, 201)
         law, sigma = self._law("capillary"), self._liquid.surface_tension_N_per_m
         force = np.array([law(float(s), self._volume, *self._radii, *self._angles, sigma) for s in gaps])
         return float(np.abs(np.diff(force) / np.diff(gaps)).max())

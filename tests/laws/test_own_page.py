@@ -90,6 +90,8 @@ def test_a_law_that_calls_the_exact_bridge_gets_its_tables() -> None:
 
     for function in (by_helper, by_module):
         assert force_law(function).calls == (exact.young_laplace,) and force_law(function).tabulated
+    for law, cached in ((force_law(by_module), False), (exact.young_laplace, False), (rabinovich, True)):
+        assert law._compile(lambda in_file: in_file) is cached  # addresses of tables are those of one process
 
 
 def test_laws_are_found_in_their_package() -> None:

@@ -1,5 +1,8 @@
 """Finding laws: by name, from a file, from an installed package; what does not exist is answered with what does."""
 
+import os
+import subprocess
+import sys
 from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -11,6 +14,7 @@ from pywet.laws import custom_laws as files
 from pywet.laws import force_law, registry
 from pywet.laws.kinds import KINDS, SWITCHED
 from tests.error_codes import raises_code
+from tests.import_graph import ROOT
 
 CUSTOM_LAW = """
 from pywet.laws.force_law import force_law
@@ -95,6 +99,40 @@ def test_file_that_cannot_be_read_as_python(tmp_path: Path) -> None:
     files.trust([f"{path}:law"])
     with raises_code("law.raises"):
         registry.get("capillary", f"{path}:law")
+
+
+def test_a_file_that_changes_in_a_session_is_another_law(law_file: Path) -> None:
+    """It has to be named again, and then the present text applies."""
+    name = f"{law_file}:steady"
+    assert registry.get("dynamic_rupture", name).functions[0](1.0, 1.0, 1.0) == 1.25
+    law_file.write_text(CUSTOM_LAW.replace("1.25", "1.5"))
+    with raises_code("law.untrusted"):
+        registry.get("dynamic_rupture", name)
+    files.trust([name])
+    assert registry.get("dynamic_rupture", name).functions[0](1.0, 1.0, 1.0) == 1.5
+
+
+IMPORTED = """
+from parts import part
+from pywet.laws.force_law import force_law
+
+@force_law
+def law(speed, viscosity, surface_tension):
+    return part() + 0.0 * speed
+"""
+
+
+def test_a_law_of_a_package_is_compiled_in_each_process(tmp_path: Path) -> None:
+    """numba's cache compares the file of the law itself, not those of the functions that it calls."""
+    (tmp_path / "imported.py").write_text(IMPORTED)
+    environment = {
+        **os.environ, "PYTHONPATH": f"{tmp_path}:{ROOT}", "PYWET_CACHE": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"
+    }  # fmt: skip
+    for value in (1.25, 1.5):
+        (tmp_path / "parts.py").write_text(f"import numba\n\n@numba.njit\ndef part():\n    return {value}\n")
+        command = [sys.executable, "-c", "import imported; print(imported.law(1.0, 1.0, 1.0))"]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+        assert float(done.stdout) == value
 
 
 def test_published_laws(law_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -220,7 +258,7 @@ def test_a_law_makes_itself_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     (tmp_path / "named_badly.py").write_text(NAMED.replace("dynamic", "static"))
     with raises_code("law.kind", given="static_rupture"):
         import_module("named_badly")
-    registry.get.cache_clear()
+    registry._found.cache_clear()
 
 
 def test_a_file_may_name_the_kind_too(tmp_path: Path) -> None:

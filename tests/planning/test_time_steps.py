@@ -10,7 +10,7 @@ import pytest
 from pywet.cases.small import small
 from pywet.cases.small.bodies import water
 from pywet.errors import PywetError
-from pywet.laws import registry
+from pywet.laws import custom_laws, registry
 from pywet.laws.contact import damping, film_volume
 from pywet.planning import time_steps
 from tests.engines.liggghts import stability
@@ -29,6 +29,35 @@ def test_closed_forms() -> None:
     assert time_steps.largest_step(m, k, 0.0, c, True) == pytest.approx(implicit, rel=1e-12)
     assert math.isinf(time_steps.largest_step(m, 0.0, 0.0, c, True))
     assert time_steps.largest_step(m, k, 0.0, 0.0, False, 4.0) == pytest.approx(math.sqrt(m / k), rel=1e-12)
+
+
+QUADRATIC = """
+from pywet.laws.force_law import force_law
+
+@force_law
+def inertial(separation, volume, radius_i, radius_j, normal_velocity, viscosity):
+    return -1000.0 * radius_i**2 * normal_velocity * abs(normal_velocity)
+
+@force_law
+def one_way(separation, volume, radius_i, radius_j, normal_velocity, viscosity):
+    return -viscosity * radius_i * max(normal_velocity, 0.0)
+"""
+
+
+def test_semi_implicit_drag_is_for_forces_proportional_to_the_velocity(tmp_path: Path) -> None:
+    """Its coefficient is that at 1 m/s: a law for which another holds at another velocity is integrated explicitly."""
+    (tmp_path / "laws.py").write_text(QUADRATIC)
+    custom = [f"{tmp_path / 'laws.py'}:{name}" for name in ("inertial", "one_way")]
+    custom_laws.trust(custom)
+    key = "time_step.viscous_integration"
+    for law in (None, "pitois", "adams_perchard", "davis", "buck_water", *custom):
+        effects = small.PAPER.model_copy(update={"viscous_normal": law})
+        time_steps.refuse_nonlinear_drag(effects, "explicit", key, "config.yaml")
+        if law in ("buck_water", *custom):
+            with raises_code("step.not_proportional", key=key, given="semi_implicit", expected="explicit"):
+                time_steps.refuse_nonlinear_drag(effects, "semi_implicit", key, "config.yaml")
+        else:
+            time_steps.refuse_nonlinear_drag(effects, "semi_implicit", key, "config.yaml")
 
 
 def test_a_wet_and_viscous_scene_is_governed_by_the_drag(tmp_path: Path) -> None:

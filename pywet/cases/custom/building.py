@@ -47,7 +47,7 @@ from pywet.planning.effect_plan import plan as plan_effects
 from pywet.planning.size_distribution import Amount
 from pywet.planning.size_distribution import amounts as whole_amounts
 from pywet.planning.surroundings import Surroundings
-from pywet.planning.time_steps import hertz_lines
+from pywet.planning.time_steps import hertz_lines, refuse_nonlinear_drag
 from pywet.products import until
 from pywet.products.feed import LEFT_OUT, entry_names, shares_left_out
 from pywet.products.feed import sentence as feed_sentence
@@ -315,6 +315,8 @@ class Building:
     def scene(self, blocks: int | None = None) -> typed.EngineScene:
         """Return the engine-neutral scene; `blocks`: number of blocks of a run with `until`, by default the minimum."""
         user_scene, (low, high), effects = self.user_scene, self.box, self.plan.effects
+        how = user_scene.time_step.viscous_integration
+        refuse_nonlinear_drag(effects, how, "time_step.viscous_integration", f"scene {user_scene.name}")
         given: dict[str, Any] = {
             "name": user_scene.name,
             "seed": user_scene.seed,
@@ -331,7 +333,7 @@ class Building:
             "vibration": None,
             "slide": None,
             "effects": effects,
-            "viscous_integration": user_scene.time_step.viscous_integration,
+            "viscous_integration": how,
             "gravity_m_per_s2": user_scene.gravity_m_per_s2 if effects.gravity else (0.0, 0.0, 0.0),
             "box_low_m": tuple(low.tolist()),
             "box_high_m": tuple(high.tolist()),

@@ -14,7 +14,7 @@ from pywet.errors import PywetError
 from pywet.geometry import Apparatus, ApparatusSpec, Surface, build_apparatus, fill
 from pywet.geometry.initial import wall_mesh, write_initial
 from pywet.geometry.motion import peak_speed
-from pywet.planning import step_choice
+from pywet.planning import step_choice, time_steps
 from pywet.planning.effect_plan import EffectPlan
 from pywet.planning.effect_plan import plan as plan_effects
 from pywet.planning.retirement import Retirement, decide
@@ -53,7 +53,9 @@ def ingredients(config: Config, case_number: int, scale_name: str) -> Ingredient
     )
     if chosen.effects.bridges:
         refuse_unwetted(config, case, walls=chosen.effects.wall_films)
-    explicit = settings.time_step.viscous_integration == "explicit"
+    how = settings.time_step.viscous_integration
+    time_steps.refuse_nonlinear_drag(chosen.effects, how, "time_step.viscous_integration", "config.yaml")
+    explicit = how == "explicit"
     viscosity = liquid.viscosity_Pa_s if liquid and chosen.effects.viscous_normal and explicit else 0.0
     step = step_choice.of_collisions(pairs, classes, settings.time_step.fraction.value, viscosity)
     gravity = (0.0, 0.0, -GRAVITY if chosen.effects.gravity else 0.0)

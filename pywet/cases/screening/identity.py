@@ -18,7 +18,7 @@ from pywet.cases.screening import cases
 from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.geometry import build_apparatus
-from pywet.laws import custom_laws
+from pywet.laws import custom_laws, registry
 from pywet.runs import record
 from pywet.util import sources
 from pywet.util.files import atomic_write, read_bytes
@@ -29,7 +29,7 @@ def identity(config: Config, number: int, scale_name: str) -> str:
     case, scale = config.case(number), config.scale(scale_name)
     made, spec = cases.ingredients(config, number, scale_name), cases.apparatus_spec(config, case, scale)
     scene = cases.assemble(config, case, scale, made, build_apparatus(spec))
-    text = json.dumps([scene.model_dump(mode="json"), asdict(spec), _code()], sort_keys=True)
+    text = json.dumps([scene.model_dump(mode="json"), asdict(spec), _code(scene.effects.laws)], sort_keys=True)
     for law in sorted(set(scene.effects.laws.values())):
         if custom_laws.is_custom(law):  # the content of the file counts, not its path
             text = text.replace(json.dumps(law), _text(law))
@@ -54,7 +54,7 @@ def content(config: Config) -> str:
 
 def of(*parts: object) -> str:
     """Return the fingerprint of a run determined by these parts, which JSON can represent, and by the program's code."""
-    return hashlib.sha256(json.dumps([*parts, _code()], sort_keys=True).encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps([*parts, _code(parts)], sort_keys=True).encode()).hexdigest()[:16]
 
 
 def expect(run_dir: Path, word: str, file: Path) -> Path:
@@ -86,5 +86,5 @@ def _text(law: str) -> str:
     return name + hashlib.sha256(read_bytes(Path(path), custom_laws.CURE)).hexdigest()
 
 
-def _code() -> str:
-    return sources.digest_of_a_run() + pywet.__version__
+def _code(parts: object) -> str:
+    return sources.digest_of_a_run() + pywet.__version__ + registry.published_code(json.dumps(parts))

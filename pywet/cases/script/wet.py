@@ -18,6 +18,7 @@ from pywet.config.settings import LawSettings
 from pywet.laws import registry
 from pywet.laws.contact import film_volume
 from pywet.laws.kinds import PRESETS
+from pywet.planning.time_steps import refuse_nonlinear_drag
 from pywet.scene import WALL_FILMS, Effects, Identifier, NonNegative, Vector, WallFilm
 from pywet.strict import Strict
 
@@ -114,6 +115,7 @@ class Wet(Strict):
         wet = wet.model_copy(update={"laws": placed_laws(wet.laws, path.resolve().parent)})
         for kind, law in wet.effects.laws.items():
             registry.get(kind, law)
+        refuse_nonlinear_drag(wet.effects, wet.viscous_integration, "viscous_integration", str(path))
         return wet
 
 

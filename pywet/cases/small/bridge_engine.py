@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 
 from pywet.cases.small import small
 from pywet.cases.small.bodies import contacts, sphere_classes, water
-from pywet.cases.small.bridge_query import EXACT, Query, answer, film
+from pywet.cases.small.bridge_query import DEFAULT, EXACT, Query, answer, film
 from pywet.errors import PywetError
 from pywet.geometry.surface import Surface
 from pywet.laws import registry
@@ -40,14 +40,19 @@ def measured(
     distances: dict[str, float | None] = {}
     shares: dict[str, float | None] = {}
     rupture = query.rule
-    normal = query.named("viscous_normal")
-    runs = [(name, EXACT if name == EXACT else rupture, normal[0]) for name in query.named("capillary")]
-    runs += [(runs[0][0], runs[0][1], name) for name in normal[1:]]
+    named, normal = query.named("capillary"), query.named("viscous_normal")
+    closed = [name for name in named if name != EXACT]
+    runs = [(name, EXACT if name == EXACT else rupture, normal[0]) for name in named]
+    drawn = closed[0] if closed else DEFAULT["capillary"]  # viscous forces end by the rule, not with the exact bridge
+    runs += [(drawn, rupture, name) for name in (normal[1:] if closed else normal)]
     for capillary, limit, drag in runs:
         with tempfile.TemporaryDirectory(prefix="pywet-bridge-") as folder:
             log, events = _pull(Path(folder), query, capillary, limit, drag, engine, stretch, wall)
+        if limit == rupture:
+            viscous.setdefault(drag, [None if v is None else -v + 0.0 for v in _at(query, log, "viscous_normal")])
+        if capillary not in named:
+            continue
         forces.setdefault(capillary, _at(query, log, "capillary"))
-        viscous.setdefault(drag, [None if v is None else -v + 0.0 for v in _at(query, log, "viscous_normal")])
         broken = events[events["kind"] == RUPTURE]
         distances.setdefault(limit, float(broken["separation"].iloc[0]) if len(broken) else None)
         shares.setdefault(

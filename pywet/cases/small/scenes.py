@@ -20,12 +20,15 @@ from pywet.cases.small import bodies, small
 from pywet.cases.small.bodies import last
 from pywet.errors import PywetError, one_line
 from pywet.geometry.surface import Surface
+from pywet.laws import registry
+from pywet.laws.contact import film_volume
 from pywet.laws.hertz import Elastic, Hertz
 from pywet.planning import step_choice
 from pywet.runs import record
 from pywet.runs.rundir import RunDir
-from pywet.scene import ContactPair, Liquid, Output, Rotation, SphereClass
+from pywet.scene import ContactPair, EngineScene, Liquid, Output, Rotation, SphereClass
 from pywet.util.files import read_table, write_json
+from pywet.util.notices import notice
 from pywet.util.ranges import SCENE
 
 RESULT = "scene_result.json"
@@ -33,6 +36,8 @@ SOFT, HARD = 2e3, 1e5
 """Contact stiffness [N/m] of beds, and of colliding pairs."""
 CONTACTS, POISSON, IMPACT = ("linear", "hertz"), 0.25, 1.0
 """Dry contact laws, Poisson's ratio of glass, and an upper bound on impact speeds in a bed or drum [m/s]."""
+SLOWEST = 0.05
+"""Smallest restitution at which the spheres of a collision part within the default time."""
 DRUM_WIDTH = 8.0
 """Width of the drum over the radius of its spheres."""
 
@@ -121,7 +126,7 @@ def pull(run_dir: Path, choice: Choice) -> dict[str, float]:
 
 
 def collision(run_dir: Path, choice: Choice) -> dict[str, float]:
-    """Run a collision of two wet spheres: coefficient of restitution, energy by sink [J]."""
+    """Run a collision of two wet spheres: coefficient of restitution, nan if they have not parted, and energy by sink [J]."""
     sphere, speed = choice.glass(2), choice.speed_m_per_s or 0.5
     r, v = sphere.radius_m, 0.5 * speed
     gap = 2.2 * choice.liquid(sphere).initial_film_thickness_m + 1e-6
@@ -130,14 +135,43 @@ def collision(run_dir: Path, choice: Choice) -> dict[str, float]:
         small.Sphere(1, (0.0, 0.0, r + 0.5 * gap), (0.0, 0.0, -v)),
     ]
     step = min(choice.time_step(sphere, HARD), 2e-6)
-    _run(run_dir, choice, thrown, step, choice.seconds or (4.0 * gap + 2.0 * r) / speed, stiffness=HARD)
-    end = last(run_dir)["vz"].to_numpy()
+    seconds = choice.seconds or (4.0 * gap + 2.0 * r + _longest(choice, sphere) / SLOWEST) / speed
+    _run(run_dir, choice, thrown, step, seconds, stiffness=HARD, travel=v * seconds)
     energy = read_table(run_dir / "history" / "energy.parquet").iloc[-1]
-    apart = _ledger(run_dir)["bridge_count"] == 0
     return {
-        "restitution": float(end[1] - end[0]) / (2.0 * v) if apart else 0.0,
+        "restitution": _restitution(run_dir, choice, float(energy["kinetic"] + energy["capillary_stored"]), speed),
         **{f"{name}_J": float(energy[name]) for name in ("contact", "capillary", "viscous_normal")},
     }
+
+
+def _longest(choice: Choice, sphere: SphereClass) -> float:
+    """Return the static rupture distance [m] of the bridge that two spheres form."""
+    draw, rupture = (registry.get(kind, small.PAPER.laws[kind]).functions[0] for kind in ("formation", "rupture"))
+    r, angle = sphere.radius_m, sphere.contact_angle_rad
+    volume = 2.0 * draw(film_volume(choice.liquid(sphere).initial_film_thickness_m, r), r, r)
+    return float(rupture(volume, r, r, angle, angle)) if volume > 0.0 else 0.0
+
+
+def _restitution(run_dir: Path, choice: Choice, energy: float, speed: float) -> float:
+    """Return the coefficient of restitution of two spheres at the end of a run.
+
+    It is 0 if the bridge between them is active and takes more work to rupture than they have: `energy` [J], kinetic and
+    capillary, only decreases.
+    """
+    end = last(run_dir)
+    parting, overlap = float(end["vz"].diff().iloc[-1]), 2.0 * choice.radius_m - float(end["z"].diff().iloc[-1])
+    if overlap > 0.0:  # energy of the contact
+        energy += 0.5 * max(p.normal_stiffness_N_per_m for p in choice.dry(choice.glass(2), springs(HARD))) * overlap**2
+    bridged = bool(_ledger(run_dir)["bridge_count"])
+    if bridged and energy < 0.0:
+        return 0.0
+    if bridged or parting <= 0.0:
+        ended = EngineScene.read(run_dir / "scene.json").duration_s
+        notice.warning(
+            "the spheres have not parted after %.3g s; their restitution is not known: raise --seconds", ended
+        )
+        return math.nan
+    return parting / speed
 
 
 def bed(run_dir: Path, choice: Choice) -> dict[str, float]:
@@ -242,9 +276,9 @@ def _share(ledger: pd.Series, reservoir: str) -> float:
 
 def _run(
     run_dir: Path, choice: Choice, spheres: list[small.Sphere], step: float, seconds: float, *, stiffness: float = SOFT,
-    walls: tuple[Surface, ...] = (), log_every_step: bool = False, **more: Any,
+    walls: tuple[Surface, ...] = (), log_every_step: bool = False, travel: float = 0.0, **more: Any,
 ) -> None:  # fmt: skip
-    """Prepare and run a scene; `more`: further arguments of `small.prepare`."""
+    """Prepare and run a scene in which spheres move out by `travel` [m]; `more`: further arguments of `small.prepare`."""
     steps = round(seconds / step)
     if steps < 1:
         raise PywetError(
@@ -263,7 +297,7 @@ def _run(
     small.prepare(
         run_dir, [sphere], spheres, choice.dry(sphere, dry), liquid=choice.liquid(sphere), effects=small.PAPER, walls=walls,
         wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps, output=output,
-        box=1.1 * max([0.05, *(float(np.abs(w.corners).max()) for w in walls)]),
+        box=1.1 * max([0.05, travel, *(float(np.abs(w.corners).max()) for w in walls)]),
         viscous_integration=choice.viscous_integration, hertz=hertz, **more,
     )  # fmt: skip
     small.run(run_dir, spheres, choice.ranks, engine=choice.engine)

@@ -72,7 +72,8 @@ def contact_distance_factor(scene: EngineScene) -> float:
 def longest_bridge(scene: EngineScene) -> float:
     """Return an upper bound of a bridge's length [m] for the rupture laws: V* = 0.5, the two largest spheres, 5 m/s.
 
-    It is never longer than the diagonal of the box, which the stretch of a liquid of almost no surface tension would exceed.
+    It is never longer than the diagonal of the box, which the stretch of a liquid of almost no surface tension would exceed,
+    and which is taken where the laws give no number.
     """
     if not scene.effects.bridges or scene.liquid is None or scene.effects.rupture is None:
         return 0.0
@@ -83,7 +84,7 @@ def longest_bridge(scene: EngineScene) -> float:
     if scene.effects.dynamic_rupture is not None:
         stretch = registry.get("dynamic_rupture", scene.effects.dynamic_rupture).functions[0]
         factor = stretch(FASTEST, scene.liquid.viscosity_Pa_s, scene.liquid.surface_tension_N_per_m)
-    return min(float(length * factor), math.dist(scene.box_low_m, scene.box_high_m))
+    return float(np.fmin(length * factor, math.dist(scene.box_low_m, scene.box_high_m)))
 
 
 def skin(scene: EngineScene) -> float:

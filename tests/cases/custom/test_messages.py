@@ -41,6 +41,7 @@ FAULTY: dict[str, dict[str, Any]] = {
     "inserted from a narrow region": {"spheres": [{**INSERTED, "diameter_mm": 40}]},
     "inserted after the end": {"spheres": [{**INSERTED, "insertion": {"from_s": 9.0, "for_s": 1.0}}]},
     "no law of this name": {"laws": {"capillary": "rabinovitch"}, "liquid": {"percent": 1}},
+    "a drag with inertia by its coefficient": {"laws": {"viscous_normal": "buck_water"}, "liquid": {"percent": 1}},
     "an effect of no name": {"effects": {"gravitation": "on"}},
     "a bridge without liquid": {"effects": {"bridges": "on"}},
     "a wall without size": {"walls": [{"name": "w", "disc": {"diameter_mm": 1e-9}}]},

@@ -12,7 +12,7 @@ import pytest
 
 from pywet.cases.screening import cases
 from pywet.cases.small import bodies
-from pywet.config import load
+from pywet.config import Config, load
 from pywet.planning import step_choice
 from pywet.scene import EngineScene, SphereClass
 from tests.error_codes import raises_code
@@ -214,3 +214,18 @@ def test_what_water_does_not_wet_is_refused_where_there_are_bridges() -> None:
     effects = waxed.settings.effects.model_copy(update={"wall_films": False})
     apart = replace(waxed, settings=waxed.settings.model_copy(update={"effects": effects}))
     assert cases.ingredients(apart, 2, "smoke").plan.effects.bridges
+
+
+def test_semi_implicit_drag_with_a_law_of_water_that_has_inertia_is_refused() -> None:
+    """Integrated explicitly it is planned, and in a dry case it has no effect."""
+    settings = CONFIG.settings
+    laws = settings.laws.model_copy(update={"viscous_normal": "buck_water"})
+
+    def integrated(how: str) -> Config:
+        step = settings.time_step.model_copy(update={"viscous_integration": how})
+        return replace(CONFIG, settings=settings.model_copy(update={"laws": laws, "time_step": step}))
+
+    assert cases.ingredients(integrated("explicit"), 2, "smoke").plan.effects.viscous_normal == "buck_water"
+    assert not cases.ingredients(integrated("semi_implicit"), 1, "smoke").plan.effects.bridges
+    with raises_code("step.not_proportional", key="time_step.viscous_integration", where="config.yaml"):
+        cases.ingredients(integrated("semi_implicit"), 2, "smoke")

@@ -19,6 +19,7 @@ from pywet.config.loading import parse
 from pywet.engines.liggghts.plugin_api import NEWCOMER
 from pywet.errors import ConfigError, PywetError
 from tests.cases.script.scripts import AFTER, BEFORE, LINE, PLATE_ALONE, SHAKEN, WET, write
+from tests.error_codes import raises_code
 
 STATE: dict[str, Any] = {
     "ranks": 1, "layers": 1, "ghost_velocity": 1, "least_radius": 2e-3, "largest_radius": 3e-3,
@@ -142,6 +143,16 @@ def test_mistakes_in_the_liquid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     with pytest.raises(ConfigError) as error:
         scan(write(tmp_path, wet=wet))
     assert error.value.code == code
+
+
+def test_a_drag_that_is_not_proportional_to_the_velocity(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is refused with the default integration of a script, and read with the explicit one."""
+    monkeypatch.chdir(tmp_path)
+    named = f"{WET}laws: {{viscous_normal: buck_water}}\n"
+    with raises_code("step.not_proportional", key="viscous_integration", where="wet.yaml"):
+        scan(write(tmp_path, wet=named))
+    found = scan(write(tmp_path, wet=f"{named}viscous_integration: explicit\n"))
+    assert found.wet.effects.viscous_normal == "buck_water"
 
 
 def wet(**more: Any) -> Wet:

@@ -241,3 +241,15 @@ def test_engine_breaks_and_shares_as_the_laws_say(rupture: str) -> None:
     assert still["transfer_ratio"][transfer] == pytest.approx(python["transfer_ratio"][transfer], rel=1e-3)
     for one, end in ((still, 1.0), (fast, 1.0 + math.sqrt(0.1 * 0.01 / 0.0728))):
         assert 0.0 <= one["rupture_distance_m"][rupture] / (end * python["rupture_distance_m"][rupture]) - 1.0 < 3e-4
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize("laws", [[EXACT, "rabinovich"], [EXACT]])
+def test_viscous_forces_in_the_engine_end_by_the_rule_of_the_query(laws: list[str]) -> None:
+    """Whichever capillary law comes first: at a gap between the rupture distances of the exact bridge and of the rule, too."""
+    query = checked({**SPHERES, "laws": [*laws, "pitois"], "separations_m": [1e-4, 5.5e-4, 6e-4]}, Path("q.json"))
+    python, measured = answer(query), bridge_engine.measured(query)
+    assert python["rupture_distance_m"][EXACT] < 5.5e-4 < python["rupture_used_m"]["pitois"] < 6e-4
+    assert list(measured["force_N"]) == laws
+    wanted, found = (of["viscous_normal_N"]["pitois"] for of in (python, measured))
+    assert found[2] is wanted[2] is None and found[:2] == pytest.approx(wanted[:2], rel=1e-5)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,29 @@ def test_collision_loses_more_with_more_liquid(tmp_path: Path) -> None:
         for eta in (1e-3, 1e-2)
     )
     assert 0.0 <= thick < thin < 0.8
+
+
+@pytest.mark.parametrize(("speed", "parts", "times"), [(2.0, True, 5.0), (0.5, False, 2.0)])
+def test_the_restitution_does_not_depend_on_the_end_of_the_run(
+    tmp_path: Path, speed: float, parts: bool, times: float
+) -> None:
+    """10 % of a liquid of 0.1 Pa s: fast spheres part, slow ones are held by the bridge, by default and in a longer run."""
+    choice = scenes.Choice(moisture_percent=10.0, viscosity_Pa_s=0.1, speed_m_per_s=speed)
+    found = scenes.run("collision", tmp_path / "default", choice)["restitution"]
+    lasts = EngineScene.read(tmp_path / "default" / "scene.json").duration_s
+    longer = scenes.run("collision", tmp_path / "longer", replace(choice, seconds=times * lasts))["restitution"]
+    assert (found > 0.0) is parts and found == pytest.approx(longer, rel=1e-9)
+
+
+def test_a_run_that_ends_before_the_spheres_part_knows_no_restitution(tmp_path: Path) -> None:
+    """Before they touch, and while the bridge between them is drawn; a notice says so, and the file holds null."""
+    choice = scenes.Choice(moisture_percent=0.2)
+    assert scenes.run("collision", tmp_path / "whole", choice)["restitution"] > 0.0
+    events = pd.read_parquet(tmp_path / "whole" / "history" / "events.parquet").set_index("kind")["time"]
+    for name, seconds in (("before", 0.5 * events[0]), ("drawn", 0.9 * events[1])):
+        found = scenes.run("collision", tmp_path / name, replace(choice, seconds=float(seconds)))
+        assert math.isnan(found["restitution"])
+        assert json.loads((tmp_path / name / scenes.RESULT).read_text())["restitution"] is None
 
 
 def test_a_scene_with_hertz_contacts(tmp_path: Path) -> None:

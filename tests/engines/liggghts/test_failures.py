@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from pywet.cases.small import small
+from pywet.cases.small.bodies import water
 from pywet.engines import process
 from pywet.engines.liggghts import build, checkpoint, driver
 from pywet.engines.liggghts.departure import departure
@@ -237,6 +238,56 @@ def test_bridges_that_ask_for_more_than_a_film_holds_share_it(tmp_path: Path, mi
     for side in "ij":
         share = np.where(events[side] == middle, 0.5, 0.7) * film
         assert events[f"share_{side}"].to_numpy() == pytest.approx(share, rel=1e-9)
+
+
+WITHOUT_NUMBER = """
+import math
+from pywet.laws.force_law import force_law
+
+@force_law
+def at_a_volume(volume, radius_i, radius_j, contact_angle_i, contact_angle_j):
+    return math.sqrt(-1.0) if 1e-11 < volume < 5e-9 and volume != 1e-9 else volume ** (1.0 / 3.0)
+
+@force_law
+def stretched(speed, viscosity, surface_tension):
+    return 1.0 / math.sqrt(1.0 - 5.0 * speed * viscosity / surface_tension)
+
+@force_law
+def drop(film_volume_i, radius_i, acceleration, density, surface_tension):
+    return math.sqrt(-1.0) if 1.0 < acceleration < 9.0 else 0.0
+
+@force_law
+def time(film_volume_i, density, surface_tension):
+    return 1e-3
+
+drops = (drop, time)
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "spheres", "says"),
+    [
+        ("rupture", "at_a_volume", (1, 2), "the rupture law gives a rupture distance of -?nan m"),
+        ("dynamic_rupture", "stretched", (1, 2), "the dynamic_rupture law gives a rupture distance of -?nan m"),
+        ("shedding", "drops", (1,), "the shedding law gives a value that is not finite"),
+    ],
+)
+def test_a_law_without_a_number_ends_the_run(
+    tmp_path: Path, kind: str, name: str, spheres: tuple[int, ...], says: str
+) -> None:
+    """NaN at a bridge or film that the probe grid does not have: a comparison with it never ruptured the bridge."""
+    (tmp_path / "law.py").write_text(WITHOUT_NUMBER)
+    bodies = [
+        small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
+        small.Sphere(1, (0.0, 0.0, 2 * R), (0.0, 0.0, 1.0), driven=True),
+    ]
+    small.prepare(
+        tmp_path / "run", spheres_of(R), bodies, contacts(1), liquid=water(1e-4, viscosity=0.02), time_step_s=2e-5, steps=400,
+        effects=small.PAPER.model_copy(update={kind: f"{tmp_path / 'law.py'}:{name}"}), box=0.02, log_every_step=False,
+        gravity=(0.0, 0.0, -9.81),
+    )  # fmt: skip
+    with raises_code("engine.stopped", spheres=spheres, says=says):
+        small.run(tmp_path / "run", bodies)
 
 
 def test_two_runs_in_one_folder(tmp_path: Path) -> None:

@@ -219,10 +219,23 @@ double BridgeList::share(const Bridge &b) const {
   return b.volume * world_.transfer.ratio(b.kind, spheres.type_of[b.i], other, b.volume / (r * r * r));
 }
 
+double BridgeList::checked(double distance, const char *law, const Bridge &b) const {
+  if (distance > 0 && distance < INF) return distance;
+  throw std::runtime_error(std::string("the ") + law + " law gives a rupture distance of " + number(distance) +
+                           " m for the bridge of sphere " + std::to_string(b.i) +
+                           (b.kind == SPHERE ? " and sphere " : " and wall part ") + std::to_string(b.j) + " at step " +
+                           std::to_string(world_.clock.now) + "; expected a finite one above zero: fix the law");
+}
+
+double BridgeList::rupture_distance(const Bridge &b) const {
+  return checked(world_.laws.rupture(b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j), "rupture", b);
+}
+
 double BridgeList::rupture_limit(const Bridge &b, const Geometry &g) const {
   const Laws &laws = world_.laws;
   if (!laws.dynamic_rupture) return b.rupture_distance;
-  return b.rupture_distance * laws.dynamic_rupture(norm(g.vi - g.vj), laws.viscosity, laws.surface_tension);
+  const double factor = laws.dynamic_rupture(norm(g.vi - g.vj), laws.viscosity, laws.surface_tension);
+  return checked(b.rupture_distance * factor, "dynamic_rupture", b);
 }
 
 }  // namespace pywet

@@ -32,6 +32,8 @@ class BridgeList {
   Geometry geometry(const Bridge &b);
   BridgeSums &since(const Bridge &b) { return sums[&b - bridges.data()]; }
   double share(const Bridge &b) const;   // share of i, by the transfer ratio
+  // Rupture distance of a new bridge and, with the dynamic factor, of an active one; the run stops if a law gives none.
+  double rupture_distance(const Bridge &b) const;
   double rupture_limit(const Bridge &b, const Geometry &g) const;
   // Precomputed data of the capillary law for a bridge.
   const CacheLine *prepared(size_t k) const { return prepared_.data() + k * world_.laws.lines; }
@@ -43,6 +45,7 @@ class BridgeList {
   std::shared_ptr<const BridgeRecord> recorded_;     // bridges of the checkpoint that may have an end on this rank
   int64_t count_recorded_ = 0;
 
+  double checked(double distance, const char *law, const Bridge &b) const;
   std::vector<int> in_order() const;     // order of the bridges in memory that `sort` makes
   void index(size_t k);
   void enter(size_t k);

@@ -93,7 +93,7 @@ void LiquidLedger::apply_formations() {
       standing_.place(b);
       count(e);
       if (!b.here) continue;
-      b.rupture_distance = world_.laws.rupture(e.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j);
+      b.rupture_distance = standing_.rupture_distance(b);
       e.rupture_distance = b.rupture_distance;
       near_.bridged(b);
       standing_.add(b, BridgeSums{0, 0, e.separation, e.separation});

@@ -151,6 +151,9 @@ void Shedding::shed() {
     Drop d = {};
     const Vec felt(&felt_[3 * id]);
     d.volume = laws.shed_drop(film, world_.spheres.radius(int(id)), norm(felt), world_.rules.density, laws.surface_tension);
+    if (!std::isfinite(norm(felt) + d.volume))
+      throw std::runtime_error("the shedding law gives a value that is not finite for sphere " + std::to_string(id) + " at step " +
+                               std::to_string(world_.clock.now) + "; expected a volume and a response time: fix the law");
     if (!(d.volume > 0)) continue;
     d.step = world_.clock.now; d.time = world_.clock.time; d.i = int(id);
     store(felt, d.felt);
