@@ -165,10 +165,8 @@ def test_the_lock_comes_first(tmp_path: Path) -> None:
         os.read(reader, 1)
         for name, words in calls.items():
             code, output_text = call(*words)
-            assert code == 1 + (name in ("compare", "digest", "replay")) and "another run is active in" in output_text, (
-                name,
-                output_text,
-            )
+            expected = 1 + (name in ("compare", "digest", "replay"))
+            assert code == expected and "another run is active in" in output_text, (name, output_text)
             assert {k: v for k, v in content(run).items() if k != run_folder.LOCK} == before, name
     finally:
         os.kill(child, 9)
