@@ -117,7 +117,7 @@ def made(name: str) -> Digest:
         with tempfile.TemporaryDirectory(prefix="pywet-digest-") as folder:
             runs.append(one.run(seed, Path(folder)))
             reported = Path(folder) / "scene.json"
-            scene = facts(EngineScene.read(reported)) if reported.exists() else None
+            scene = facts(EngineScene.read(reported), reported.parent) if reported.exists() else None
     return digest.make(name, one.command, runs, scene)
 
 

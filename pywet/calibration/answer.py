@@ -49,8 +49,10 @@ def calibrate(
 
 
 def fingerprint(question: Question, experiments: Sequence[Experiment]) -> str:
-    """Return the digest of a calibration: its file and the contents of its targets' files."""
+    """Return the digest of a calibration: its file, the contents of its targets' files, and the files that these name."""
     content = [question.model_dump_json(), *(json.dumps(e.content, sort_keys=True, default=str) for e in experiments)]
+    settings = question.settings(np.zeros(len(question.parameters)))
+    content += [digest for e in experiments for digest in e.digests(settings)]
     return hashlib.sha256("\n".join(content).encode()).hexdigest()[:16]
 
 

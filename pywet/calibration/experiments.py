@@ -9,7 +9,7 @@ import hashlib
 import json
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -55,6 +55,22 @@ class Kind:
     build: Callable[[dict[str, Any], Path], Any]
     quantities: Mapping[str, Callable[[Any], float]]
     random_start: bool = False
+    files: Callable[[Any], list[tuple[Path, str]]] = lambda built: []
+    """Files that a built experiment names, each with the advice if it cannot be read."""
+
+
+def _of_laws(laws: Iterable[str], folder: Path) -> list[tuple[Path, str]]:
+    """Return the files of custom laws with the advice if they cannot be read."""
+    placed = [custom_laws.placed(law, folder) for law in laws if custom_laws.is_custom(law)]
+    return [(Path(law.rpartition(":")[0]), custom_laws.CURE) for law in placed]
+
+
+def _of_scene(scene: Scene) -> list[tuple[Path, str]]:
+    """Return the STL files, sieve analyses and files of laws of a scene with the advice if they cannot be read."""
+    files = [wall.stl for wall in scene.walls] + [feed.psd.file for feed in scene.feed]
+    chosen = scene.laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
+    laws = _of_laws([*chosen.values(), *scene.laws.reference.values()], scene.folder)
+    return [(scene.folder / file, CURE) for file in files if file] + laws
 
 
 def _json(path: Path) -> dict[str, Any]:
@@ -71,6 +87,7 @@ KINDS = {
         _json,
         bridge_query.checked,
         {"pull_off_force_N": bridge_query.pull_off, "rupture_distance_m": bridge_query.rupture_distance},
+        files=lambda query: _of_laws(query.laws, Path()),
     ),
     "wall": Kind(
         _json,
@@ -82,6 +99,7 @@ KINDS = {
         lambda content, path: Scene(**{**content, "folder": path.parent, "file": path}),
         OF_SCENE,
         random_start=True,
+        files=_of_scene,
     ),
 }
 """Kind of experiment by the key of a target."""
@@ -131,6 +149,10 @@ class Experiment:
                 f"{error} ({cure})", file=self.file, code="calibration.bounds", key=error.key, given=settings
             ) from error
 
+    def digests(self, settings: Mapping[str, float]) -> list[str]:
+        """Return the digests of the files that the experiment names."""
+        return _digests(KINDS[self.kind].files(self.built(settings)))
+
     def value(self, quantity: str, settings: Mapping[str, float]) -> float:
         """Compute the value of an experiment that needs no engine."""
         return _number(KINDS[self.kind].quantities[quantity](self.built(settings)), quantity, settings)
@@ -152,16 +174,16 @@ class Experiment:
 
 
 def _name(scene: Scene) -> str:
-    """Return the digest of a run: its scene, STL files, law files, and the program."""
+    """Return the digest of a run: its scene, the files that it names, and the program."""
     message = json.dumps(scene.model_dump(mode="json", exclude={"folder", "file"}), sort_keys=True)
     word = hashlib.sha256(message.encode() + _program() + registry.published_code(message).encode())
-    chosen = scene.laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
-    laws = [law for law in [*chosen.values(), *scene.laws.reference.values()] if custom_laws.is_custom(law)]
-    files = [(scene.folder / wall.stl, CURE) for wall in scene.walls if wall.stl]
-    files += [(Path(custom_laws.placed(law, scene.folder).rpartition(":")[0]), custom_laws.CURE) for law in laws]
-    for file, cure in files:
-        word.update(hashlib.sha256(read_bytes(file, cure)).digest())
+    for digest in _digests(_of_scene(scene)):
+        word.update(bytes.fromhex(digest))
     return word.hexdigest()[:16]
+
+
+def _digests(files: Iterable[tuple[Path, str]]) -> list[str]:
+    return [hashlib.sha256(read_bytes(file, cure)).hexdigest() for file, cure in files]
 
 
 @cache

@@ -32,6 +32,8 @@ STARTS = 8
 EXACT = 1e-12
 """Relative scatter below which a quantity is not random: round-off."""
 LEAST = 1e-9
+KNOWN = 1e9
+"""Degrees of freedom from which on a scatter counts as exactly known."""
 MISFIT = 0.01
 """Probability below which runs are reported not to follow the polynomial."""
 
@@ -132,21 +134,28 @@ class Problem:
         """Return the point with the smallest sum of squares."""
         return self.minima[0]
 
-    @cached_property
-    def quantile(self) -> float:
-        """Two-sided Student quantile; degrees of freedom by Welch and Satterthwaite, those of the least certain target."""
+    @property
+    def _free(self) -> Floats:
+        """Degrees of freedom of the scatter of each target and its response at the best values, by Welch and Satterthwaite."""
         _, variance, freedom = self.response(self.best)
         squares = self.errors**4 / self.freedoms + variance**2 / freedom
-        free = (self.errors**2 + variance) ** 2 / np.maximum(squares, 1e-300)
-        return float(stats.t.ppf(0.5 + 0.5 * self.confidence, free.min()))
+        return np.asarray((self.errors**2 + variance) ** 2 / np.maximum(squares, 1e-300))
+
+    @cached_property
+    def quantile(self) -> float:
+        """Two-sided Student quantile with the degrees of freedom of the least certain target."""
+        return float(stats.t.ppf(0.5 + 0.5 * self.confidence, self._free.min()))
 
     @property
     def reached(self) -> bool:
         """Return whether the response at the best values is compatible with the targets: not rejected at 1 %.
 
-        A fitted parameter takes one degree of freedom; with as many parameters as targets one is left.
+        A residual, of Student's distribution if the scatter is of few measurements, counts as the normal one of the same
+        probability. A fitted parameter takes one degree of freedom; with as many parameters as targets one is left.
         """
-        return bool(stats.chi2.sf(self.sum(self.best), max(len(self.values) - self.count, 1)) >= 0.01)
+        tails = stats.t.sf(np.abs(self.residuals(self.best)), np.minimum(self._free, KNOWN))
+        squares = np.asarray(stats.norm.isf(tails)) ** 2
+        return bool(stats.chi2.sf(squares.sum(), max(len(squares) - self.count, 1)) >= 0.01)
 
     def profile(self, k: int, at: float) -> tuple[float, Floats]:
         """Return the sum of squares above its minimum with parameter k fixed and the others optimised, and the point."""

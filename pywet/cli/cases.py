@@ -323,7 +323,9 @@ def timestep(run_dir: RunFolder, trust: Trust = False) -> None:
     from pywet.runs.rundir import RunDir
 
     showing.need_run(run_dir)
-    prepared = RunDir(run_dir).scene
+    run = RunDir(run_dir)
+    prepared = run.scene
     custom_laws.trust(prepared.effects.laws.values() if trust else ())
-    for line in time_steps.advise(prepared).lines:
+    turning = [wall.name for wall in prepared.walls if wall.motion == "turns"]
+    for line in time_steps.advise(prepared, {name: run.corners_at_rest[run.meshes == name] for name in turning}).lines:
         tell(line)

@@ -12,14 +12,16 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import date
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from scipy import stats
 
 from pywet.cases.small.scenes import RESULT
-from pywet.compare.quantities import RunData, facts, read_run, unlike
+from pywet.compare.grouping import same_scene
+from pywet.compare.quantities import RunData, beyond_seed, facts, read_run, unlike
 from pywet.errors import PywetError
+from pywet.runs.distinct_seeds import distinct_seeds
 from pywet.runs.summary import commit, versions
 from pywet.scene import EngineScene
 from pywet.schema import unit_of
@@ -31,6 +33,8 @@ TIMES = 5
 """Number of stored points of a curve, evenly spaced, without the start."""
 TOLERANCE = 1e-6
 """Numerical tolerance of a digest's numbers over their scale, in addition to the spread of the seeds."""
+COUNTED = ("events", "bridges")
+"""Units of whole numbers, which may coincide in a few runs by accident: their spread is at least one if others scatter."""
 ALARM = 0.01
 """Probability that an unchanged program raises an alarm, for all numbers of a digest together."""
 
@@ -73,10 +77,12 @@ class Row:
     mean: float
     allowed: float
     unit: str
+    failed_check: bool = False
+    """Whether it is a check that the run fails, not a number of the digest."""
 
     @property
     def ok(self) -> bool:
-        return abs(self.value - self.mean) <= self.allowed
+        return not self.failed_check and abs(self.value - self.mean) <= self.allowed
 
 
 def numbers_of(run: RunData) -> dict[str, tuple[float, float, str]]:
@@ -118,10 +124,14 @@ def make(
 
 
 def of_runs(name: str, command: str, paths: Sequence[Path]) -> Digest:
-    """Make the digest of finished runs of one scene; a run that fails a check or its replay is refused."""
+    """Make the digest of finished runs of one scene, each seed once; a run that fails a check or its replay is refused."""
     runs = [read_run(p) for p in paths]
+    scene = facts(runs[0].scene, runs[0].path)
     for run in runs:
-        _same_scene(facts(runs[0].scene), run.scene, f"{runs[0].path} and {run.path}")
+        who = f"{runs[0].path} and {run.path}"
+        _same_scene(scene, run.scene, who, run.path)
+        if not same_scene(runs[0].path, run.path):
+            _refuse(beyond_seed(runs[0].scene, run.scene), who)
         for check, (ok, value) in run.checks.items():
             if not ok:
                 raise PywetError(
@@ -133,16 +143,19 @@ def of_runs(name: str, command: str, paths: Sequence[Path]) -> Digest:
                 f"{run.path} was not replayed; expected replay.json: call `pywet replay {run.path}` first",
                 code="digest.not_replayed", where=run.path,
             )  # fmt: skip
-    return make(name, command, [numbers_in(p) for p in paths], facts(runs[0].scene))
+    return make(name, command, [numbers_in(p) for p in distinct_seeds(paths)], scene)
 
 
-def _same_scene(wanted: dict[str, Any], scene: EngineScene, who: str) -> None:
-    differs = unlike(wanted, scene)
-    if differs:
-        raise PywetError(
-            f"{who} differ in {', '.join(differs)}; expected runs of one scene",
-            code="digest.scenes", key=", ".join(differs),
-        )  # fmt: skip
+def _same_scene(wanted: dict[str, Any], scene: EngineScene, who: str, folder: Path | None = None) -> None:
+    if differs := unlike(wanted, scene, folder=folder):
+        _refuse(differs, who)
+
+
+def _refuse(differs: Sequence[str], who: str) -> NoReturn:
+    raise PywetError(
+        f"{who} differ in {', '.join(differs)}; expected runs of one scene",
+        code="digest.scenes", key=", ".join(differs),
+    )  # fmt: skip
 
 
 def provenance() -> dict[str, str]:
@@ -184,8 +197,10 @@ def allowed(digest: Digest, number: Number) -> float:
     """
     margin = digest.tolerance * number.scale
     if digest.runs > 1:
+        scatter = any(n.spread > digest.tolerance * n.scale for n in digest.numbers.values())
+        spread = max(number.spread, 1.0) if scatter and number.unit in COUNTED else number.spread
         quantile = float(stats.t.isf(0.5 * ALARM / len(digest.numbers), digest.runs - 1))
-        margin += quantile * number.spread * float(np.sqrt(1.0 + 1.0 / digest.runs))
+        margin += quantile * spread * float(np.sqrt(1.0 + 1.0 / digest.runs))
     return margin
 
 
@@ -198,11 +213,13 @@ def against(digest: Digest, run: str, values: dict[str, tuple[float, float, str]
 
 
 def check(digest: Digest, run_dir: Path) -> list[Row]:
-    """Compare a run directory with a digest; a run of another scene is refused."""
+    """Compare a run directory with a digest, after the checks that it fails; a run of another scene is refused."""
     if digest.scene is None:
         raise PywetError(
             f"the digest {digest.name} is of `{digest.command}`, which leaves no run directory",
             code="digest.no_runs", given=digest.command,
         )  # fmt: skip
-    _same_scene(digest.scene, read_run(run_dir).scene, f"the digest {digest.name} ({digest.command}) and {run_dir}")
-    return against(digest, Path(run_dir).name, numbers_in(run_dir))
+    run, word = read_run(run_dir), Path(run_dir).name
+    _same_scene(digest.scene, run.scene, f"the digest {digest.name} ({digest.command}) and {run_dir}", run.path)
+    failed = [Row(word, check, value, 0.0, 0.0, "", True) for check, (ok, value) in run.checks.items() if not ok]
+    return [*failed, *against(digest, word, numbers_in(run_dir))]

@@ -33,6 +33,10 @@ CASE = "case"
 """Key of the name among the `facts`: it may differ for user-defined scenes, and wherever another setting may."""
 PROPERTIES = "liquid properties"
 """Key of surface tension, viscosity and density, which a dry scene has not."""
+EXTENTS = "wall extents"
+"""Key of the corners of a box around each wall, which are read from the run directory."""
+DECIMALS = 9
+"""Decimal places [m] to which the extents of walls agree."""
 HASHED = ("trajectory", "history/events", "history/contacts", "history/films", "results/fraction_retained")
 
 
@@ -80,8 +84,12 @@ class RunData:
         return hashes
 
 
-def facts(scene: EngineScene) -> dict[str, Any]:
-    """Return what defines the case of a scene as plain data; laws, time step, engine and seed are not part of it."""
+def facts(scene: EngineScene, folder: Path | None = None) -> dict[str, Any]:
+    """Return what defines the case of a scene as plain data; laws, time step, engine and seed are not part of it.
+
+    `folder`: the run directory, for the extents of the walls.
+    """
+    motions = (scene.slide, scene.rotation, *(w.motion_parameters for w in scene.walls))
     message = {
         CASE: scene.name,
         "sphere classes": [[c.radius_m, c.density_kg_per_m3, c.count, c.passes_aperture] for c in scene.classes],
@@ -95,21 +103,46 @@ def facts(scene: EngineScene) -> dict[str, Any]:
         "vibration": None if scene.vibration is None else scene.vibration.model_dump(mode="json"),
         "gravity": scene.gravity_m_per_s2,
         "stiffness": [p.normal_stiffness_N_per_m for p in scene.pairs],
+        "motions": [None if m is None else m.model_dump(mode="json") for m in motions],
+        "half widths": [sorted({h for h in w.part_half_width_m if h is not None}) for w in scene.walls],
+        "periodic": [scene.periodic, scene.periods_m],
+        "outlets": [outlet.model_dump(mode="json") for outlet in scene.outlets],
+        "insertion": [None if c.insertion is None else c.insertion.model_dump(mode="json") for c in scene.classes],
+        EXTENTS: None if folder is None else _extents(RunDir(folder)),
     }
     return dict(json.loads(json.dumps(message)))
 
 
-def unlike(wanted: dict[str, Any], scene: EngineScene, across: Sequence[str] = ()) -> list[str]:
-    """Name the `facts` in which two scenes differ; settings in `across` may differ, and then the name too."""
-    there, free = facts(scene), {*across, *([CASE] if across else [])}
+def _extents(run: RunDir) -> list[list[float]] | None:
+    """Return the smallest and the largest coordinates of each wall at the start [m]; None without walls."""
+    if not (run.path / "history" / "triangles.parquet").exists():
+        return None
+    corners = [run.corners_at_rest[run.meshes == wall.name].reshape(-1, 3) + run.origin_m for wall in run.scene.walls]
+    return [np.concatenate([at.min(axis=0), at.max(axis=0)]).round(DECIMALS).tolist() for at in corners if len(at)]
+
+
+def beyond_seed(one: EngineScene, other: EngineScene) -> list[str]:
+    """Name the settings in which two scenes differ, without the seed and what depends on it."""
+    less = {"seed", "spheres_file", "box_low_m", "box_high_m", "bin_z_m"}
+    differs = [name for name, value in one if name not in less and value != getattr(other, name)]
+    return differs or ["their descriptions"]
+
+
+def unlike(
+    wanted: dict[str, Any], scene: EngineScene, across: Sequence[str] = (), folder: Path | None = None
+) -> list[str]:
+    """Name the `facts` in which two scenes differ; settings in `across` may differ, and then the name too.
+
+    `folder`: the run directory of the scene.
+    """
+    there, free = facts(scene, folder), {*across, *([CASE] if across else [])}
     if unknown := [name for name in across if name not in wanted]:
         known = ", ".join(name for name in wanted if name != CASE)
         raise PywetError(
             f"--across {unknown[0]} was given; expected a setting that may differ: {known}",
             code="compare.across", key="--across", given=unknown[0], expected=known,
         )  # fmt: skip
-    if None in (wanted.get(PROPERTIES), there[PROPERTIES]):
-        free.add(PROPERTIES)
+    free |= {name for name in (PROPERTIES, EXTENTS) if None in (wanted.get(name), there[name])}
     return [name for name in wanted if name not in free and wanted[name] != there.get(name)]
 
 

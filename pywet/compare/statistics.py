@@ -87,13 +87,22 @@ def arrangements(n: int, m: int) -> list[NDArray[np.int64]]:
     return [np.arange(n), *(random.permutation(n + m)[:n] for _ in range(PERMUTATIONS))]
 
 
+def least_p(n: int, m: int) -> float:
+    """Return the smallest p of a permutation test of these groups: one arrangement of all; equal groups count each split twice.
+
+    >>> least_p(2, 2) == 2 / 6, least_p(1, 4) == 1 / 5
+    (True, True)
+    """
+    return (2.0 if n == m else 1.0) / comb(n + m, n)
+
+
 def can_permute(n: int, m: int) -> bool:
-    """Return whether a permutation test of these groups can reach the level; equal groups count each split twice.
+    """Return whether a permutation test of these groups can reach the level.
 
     >>> can_permute(3, 3), can_permute(4, 4), can_permute(5, 5)
     (False, True, True)
     """
-    return (2.0 if n == m else 1.0) / comb(n + m, n) <= LEVEL
+    return least_p(n, m) <= LEVEL
 
 
 def permutation(samples: Sequence[Sample]) -> list[Finding]:
@@ -124,22 +133,27 @@ def _largest(centred: Floats, chosen: list[NDArray[np.int64]], n: int, m: int) -
 
 
 def student(samples: Sequence[Sample]) -> list[Finding]:
-    """Compute Welch's t of two small groups, Student's if one is a single run; Bonferroni over POINTS times, then Holm."""
+    """Compute Welch's t of two small groups, Student's if one is a single run; Bonferroni over POINTS times, then Holm.
+
+    A number without scatter where others scatter may coincide in a few runs by accident: its p is that of a permutation test.
+    """
+    scatter = any(float(x.std(axis=0).max()) >= ROUND_OFF for s in samples for x in (s.a, s.b))
+    coincident = least_p(len(samples[0].a), len(samples[0].b)) if scatter else 0.0
     raw = []
     for s in samples:
         picks = np.unique(np.linspace(0, s.a.shape[1] - 1, min(POINTS, s.a.shape[1])).round().astype(int))
-        tested = [(_p_value(s.a[:, k], s.b[:, k]), int(k)) for k in picks]
+        tested = [(_p_value(s.a[:, k], s.b[:, k], coincident), int(k)) for k in picks]
         (t, p), at = min(tested, key=lambda f: f[0][1])
         raw.append(Finding(t, at, min(1.0, p * len(picks))))
     return holm(raw)
 
 
-def _p_value(a: Floats, b: Floats) -> tuple[float, float]:
-    """Return |t| and two-sided p of one number."""
+def _p_value(a: Floats, b: Floats, coincident: float) -> tuple[float, float]:
+    """Return |t| and two-sided p of one number; `coincident`: p of a difference between groups without scatter."""
     difference = abs(float(a.mean() - b.mean()))
     one, two = (float(x.std(ddof=1)) if len(x) > 1 else 0.0 for x in (a, b))
-    if max(one, two) < ROUND_OFF:  # no scatter: the runs do not depend on the seed
-        return (0.0, 1.0) if difference <= ROUND_OFF else (difference / ROUND_OFF, 0.0)
+    if max(one, two) < ROUND_OFF:
+        return (0.0, 1.0) if difference <= ROUND_OFF else (difference / ROUND_OFF, coincident)
     several = min(len(a), len(b)) > 1
     t, p = stats.ttest_ind_from_stats(a.mean(), one, len(a), b.mean(), two, len(b), equal_var=not several)
     return abs(float(t)), float(p)

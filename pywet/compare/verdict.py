@@ -11,10 +11,12 @@ import numpy as np
 from scipy.stats import norm
 
 from pywet.compare import statistics
-from pywet.compare.quantities import CASE, RESULTS, Quantity, RunData, facts, read_run, unlike
+from pywet.compare.grouping import same_scene
+from pywet.compare.quantities import CASE, RESULTS, Quantity, RunData, beyond_seed, facts, read_run, unlike
 from pywet.compare.statistics import LEVEL, ROUND_OFF, Sample
 from pywet.errors import PywetError
 from pywet.products.partition import NORMAL_95
+from pywet.runs.distinct_seeds import distinct_seeds
 from pywet.runs.rundir import Floats
 from reference_impl.replay import whole
 
@@ -43,7 +45,7 @@ class Row:
     spread: float | None
     """Pooled standard deviation of a run there, over the scale; None with one run each."""
     interval: float | None
-    """Half width of the 95 % confidence interval of b − a there [unit], for this quantity alone.
+    """Half width of the 95 % confidence interval of b − a there [unit], for this quantity alone; None without scatter.
 
     With one run each it is that of the scatter within the runs, for results of a screen only.
     """
@@ -97,10 +99,14 @@ def runs_in(folder: Path) -> list[Path]:
 def read_groups(
     a: Sequence[Path], b: Sequence[Path], force: bool = False, across: Sequence[str] = ()
 ) -> list[list[RunData]]:
-    """Read both groups; raise `NotComparable` unless `force` if they differ in more than the settings of `across`."""
+    """Read both groups; raise `NotComparable` if they differ in more than the settings of `across`, unless `force`.
+
+    Runs of one group differ in the seed only, and each seed is counted once, unless `force`.
+    """
     groups = [[read_run(p) for p in paths] for paths in (a, b)]
     if not force:
         _comparable(groups, across)
+        groups = [_seeds(group) for group in groups]
     return groups
 
 
@@ -129,8 +135,8 @@ def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, across: S
     left_out = [n for n in every if n not in names]
     end = _headline(groups, names, rows)
     return Comparison(
-        [str(p) for p in a],
-        [str(p) for p in b],
+        [str(run.path) for run in groups[0]],
+        [str(run.path) for run in groups[1]],
         method,
         used,
         verdict,
@@ -181,8 +187,11 @@ def _described(groups: list[list[RunData]], name: str, row: Row | None = None) -
         half, within = one, ", within one run each"
     if half is None:
         return f"{message}; no interval from one run each"
-    if abs(b.mean() - a.mean()) <= max(half, ROUND_OFF * max(abs(a.mean()), abs(b.mean()))):
+    least = ROUND_OFF * max(abs(a.mean()), abs(b.mean()))
+    if abs(b.mean() - a.mean()) <= max(half, least):
         return f"{message} ± {half:.2g} (95 %{within}): not significant"
+    if half <= least:
+        return f"{message}; no interval, as neither group scatters"
     if row and row.different:
         return f"{message} ± {half:.2g} (95 %{within}): significant"
     return f"{message} ± {half:.2g} (95 %{within}): significant for this quantity alone"
@@ -221,7 +230,7 @@ def _same_tables(groups: list[list[RunData]]) -> None:
 def _comparable(groups: list[list[RunData]], across: Sequence[str]) -> None:
     for group in groups:
         for first, run, free in ((groups[0][0], group[0], across), *((group[0], run, ()) for run in group[1:])):
-            differs = unlike(facts(first.scene), run.scene, free)
+            differs = unlike(facts(first.scene, first.path), run.scene, free, run.path)
             settings = [name for name in differs if name != CASE]
             differs = settings or (differs if first.scene.slide else [])
             if differs:
@@ -231,15 +240,30 @@ def _comparable(groups: list[list[RunData]], across: Sequence[str]) -> None:
                     f" scale ({named} compares groups across it, --force whatever differs)",
                     code="compare.scenes", given=tuple(differs), where=run.path,
                 )  # fmt: skip
-        marks: dict[str | None, Path] = {}
-        for run in group:
-            mark = run.fingerprint().get("trajectory")
-            if mark is not None and mark in marks:
+        for run in group[1:]:
+            if not same_scene(group[0].path, run.path):
+                differs = beyond_seed(group[0].scene, run.scene)
                 raise NotComparable(
-                    f"{run.path} repeats {marks[mark]} digit by digit; expected runs of one group to differ in the seed",
-                    code="compare.same_run", where=run.path,
+                    f"{group[0].path} and {run.path} of one group differ in {', '.join(differs)}; expected runs of one group to "
+                    "differ in the seed only: compare them as two groups (--a, --b), or use --force",
+                    code="compare.scenes", given=tuple(differs), where=run.path,
                 )  # fmt: skip
-            marks[mark] = run.path
+
+
+def _seeds(group: list[RunData]) -> list[RunData]:
+    """Return the runs of a group, each seed once; refuse runs of different seeds with the same trajectory."""
+    runs = {run.path: run for run in group}
+    seeds = [runs[path] for path in distinct_seeds([run.path for run in group])]
+    marks: dict[str | None, Path] = {}
+    for run in seeds:
+        mark = run.fingerprint().get("trajectory")
+        if mark is not None and mark in marks:
+            raise NotComparable(
+                f"{run.path} repeats {marks[mark]} digit by digit; expected runs of one group to differ in the seed",
+                code="compare.same_run", where=run.path,
+            )  # fmt: skip
+        marks[mark] = run.path
+    return seeds
 
 
 def _checks(groups: list[list[RunData]]) -> tuple[dict[str, Any], str]:
@@ -379,8 +403,9 @@ def _row(q: Quantity, s: Sample, times: Floats, finding: statistics.Finding) -> 
     spread = float(np.sqrt(squares / max(len(s.a) + len(s.b) - 2, 1)))
     different = finding.p <= LEVEL
     half = statistics.of_difference(s.a[:, k], s.b[:, k])
+    half = None if half is None or half < ROUND_OFF else half * q.scale
     return Row(
-        q.name, q.unit, a * q.scale, b * q.scale, abs(a - b), spread, None if half is None else half * q.scale,
+        q.name, q.unit, a * q.scale, b * q.scale, abs(a - b), spread, half,
         float(times[k]) if len(times) else None,
         finding.t, finding.p, "differs beyond the spread" if different else "within the spread", different,
     )  # fmt: skip

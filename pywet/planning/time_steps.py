@@ -25,18 +25,21 @@ Skeel 1993, J. Comput. Phys. 109, 318).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
+from types import MappingProxyType
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from pywet.errors import PywetError, UnstableStep
 from pywet.geometry.motion import peak_speed
 from pywet.laws import contact, registry
 from pywet.laws.force_law import PROBE
 from pywet.laws.hertz import HEAD_ON, STIFFEST, Hertz, impact_duration, rayleigh_time
-from pywet.scene import ContactPair, Effects, EngineScene, Slide, SphereClass, Vibration
+from pywet.scene import ContactPair, Effects, EngineScene, Rotation, Slide, SphereClass, Vibration
 
 PACKED = 4.0
 """Largest eigenvalue in a dense packing over that of a pair."""
@@ -50,6 +53,10 @@ DRAWN = {"normal_velocity": (1.0, 0.1, 0.01, -0.01, -0.1, -1.0), "viscosity": (1
 """Normal velocities [m/s] and viscosities [Pa s] at which a drag is compared with one proportional to the velocity."""
 ROUND_OFF = 1e-6
 """Relative difference of a drag coefficient that is attributed to rounding."""
+LEAST_SPEED_M_PER_S = 0.1
+"""Impact speed where no wall is faster."""
+Corners = Mapping[str, NDArray[np.float64]]
+"""Name of a wall -> positions of its corners [m]."""
 SPIN = 2.5
 """r²/I of a sphere in units of 1/m: tangential forces also spin the bodies."""
 
@@ -131,9 +138,12 @@ def largest_step(
     return float(scipy.optimize.brentq(margin, 0.0, high, rtol=1e-12))
 
 
-def advise(scene: EngineScene) -> Advice:
-    """Compute the largest time steps that contact, drag and capillary force of a scene allow."""
-    limits = _limits(scene)
+def advise(scene: EngineScene, corners: Corners = MappingProxyType({})) -> Advice:
+    """Compute the largest time steps that contact, drag and capillary force of a scene allow.
+
+    `corners` of turning walls, whose speed is otherwise that of the corners of the box.
+    """
+    limits = _limits(scene, _speed(scene, corners))
     if not limits:
         raise PywetError(
             f"scene {scene.name} has no spheres, so it has no time step limit; expected at least one",
@@ -144,7 +154,7 @@ def advise(scene: EngineScene) -> Advice:
 
 def refuse_unstable(scene: EngineScene) -> None:
     """Raise `UnstableStep` if the scene's time step exceeds a stability limit."""
-    for limit in sorted(_limits(scene), key=lambda limit: limit.time_step_s):
+    for limit in sorted(_limits(scene, LEAST_SPEED_M_PER_S), key=lambda limit: limit.time_step_s):
         if limit.stability and scene.time_step_s > limit.time_step_s:
             implicit = scene.viscous_integration == "semi_implicit"
             alone = implicit or limit.effect in ("contact", IMPULSES)
@@ -178,9 +188,10 @@ def refuse_nonlinear_drag(effects: Effects, integration: str, key: str, where: s
         )  # fmt: skip
 
 
-def _limits(scene: EngineScene) -> list[Limit]:
+def _limits(scene: EngineScene, speed: float) -> list[Limit]:
+    """Return all limits; the impact speed [m/s] is of a limit of resolution alone."""
     crowd = PACKED if sum(c.count for c in scene.classes) >= DENSE else 1.0
-    return [limit for pair in _present(scene) for limit in _pair_limits(scene, pair, crowd)]
+    return [limit for pair in _present(scene) for limit in _pair_limits(scene, pair, crowd, speed)]
 
 
 def _present(scene: EngineScene) -> list[ContactPair]:
@@ -208,7 +219,7 @@ def _linear_step(m: float, k: float, k_t: float, gamma: float, crowd: float) -> 
     return min(largest_step(m, k, gamma, 0.0, False, crowd), largest_step(m, k_t, 0.0, 0.0, False, crowd))
 
 
-def _pair_limits(scene: EngineScene, pair: ContactPair, crowd: float) -> Iterator[Limit]:
+def _pair_limits(scene: EngineScene, pair: ContactPair, crowd: float, speed: float) -> Iterator[Limit]:
     one, two = scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
     m = contact.pair_mass(scene.classes, pair)
     bodies = f"{one.name} and {two.name if two else 'a wall'}"
@@ -223,7 +234,6 @@ def _pair_limits(scene: EngineScene, pair: ContactPair, crowd: float) -> Iterato
         lasts, wave = _hertz_times(scene.hertz, scene.classes, pair)
         yield Limit("Hertz impact / 20", bodies, OF_IMPACT * lasts, stability=False)
         yield Limit("Rayleigh time / 5", one.name, OF_RAYLEIGH * wave, stability=False)
-    speed = _speed(scene)
     if scene.effects.bridges and scene.liquid is not None:
         bridge, every = _Bridge(scene, pair), scene.bridges_every
         if every > 1:
@@ -276,14 +286,18 @@ def hertz_lines(
     )
 
 
-def _speed(scene: EngineScene) -> float:
-    """Return the typical impact speed [m/s]: that of the fastest wall, at least 0.1."""
-    fastest = 0.1
-    for way in (scene.vibration, scene.slide, *(w.motion_parameters for w in scene.walls)):
+def _speed(scene: EngineScene, corners: Corners) -> float:
+    """Return the typical impact speed [m/s]: that of the fastest wall, at least LEAST_SPEED_M_PER_S."""
+    fastest = LEAST_SPEED_M_PER_S
+    box = np.array([*product(*zip(scene.box_low_m, scene.box_high_m, strict=True))])
+    for name, way in scene.motions.items():
         if isinstance(way, Vibration):
             fastest = max(fastest, peak_speed(way))
         if isinstance(way, Slide):
             fastest = max(fastest, math.hypot(*way.velocity_m_per_s))
+        if isinstance(way, Rotation):
+            arm = np.cross(corners.get(name, box) - way.origin_m, way.axis) / math.hypot(*way.axis)
+            fastest = max(fastest, 2.0 * math.pi / way.period_s * float(np.linalg.norm(arm, axis=-1).max(initial=0.0)))
     return fastest
 
 

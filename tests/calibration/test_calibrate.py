@@ -36,6 +36,11 @@ PULL = {
 }  # fmt: skip
 
 
+SIEVED = {"name": "rest", "material": "glass", "mass_g": 1.0, "psd": {"file": "sieve.csv"},
+          "box": {"low_mm": [-13, 1, -14], "high_mm": [13, 11, 14]}}  # fmt: skip
+"""Feed with a sieve analysis."""
+
+
 def ask(folder: Path, content: dict[str, Any]) -> Path:
     """A file of a calibration."""
     path = folder / "ask.yaml"
@@ -180,18 +185,20 @@ def fresh() -> Iterator[None]:
     experiments._program.cache_clear()
 
 
-@pytest.mark.parametrize("changed", ["law", "wall", "plugin", "engine", "order", None])
+@pytest.mark.parametrize("changed", ["law", "wall", "sieve", "plugin", "engine", "order", None])
 def test_a_stored_run_is_of_the_same_law_plugin_and_engine(
     changed: str | None, tmp_path: Path, engine: list[Any], fresh: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A changed law, STL file, source of the plugin or version of the engine: the run is done again; else, as where materials
-    are in another order, it is not."""
+    """A changed law, STL file, sieve analysis, source of the plugin or version of the engine: the run is done again; else, as
+    where materials are in another order, it is not."""
     scene = yaml.safe_load((EXAMPLES / "calibrations" / "small_drum.yaml").read_text())
     scene["materials"] |= {"steel": {"density_kg_per_m3": 7850}}
     file, law, plugin = tmp_path / "scene.yaml", tmp_path / "mine.py", tmp_path / "plugin"
     walls = [*scene["walls"], {"name": "lid", "stl": "lid.stl"}]
-    file.write_text(yaml.safe_dump({**scene, "walls": walls, "laws": {"capillary": "mine.py:pull"}}, sort_keys=False))
+    more = {"walls": walls, "feed": [SIEVED], "laws": {"capillary": "mine.py:pull"}}
+    file.write_text(yaml.safe_dump({**scene, **more}, sort_keys=False))
     (tmp_path / "lid.stl").write_text("solid lid")
+    (tmp_path / "sieve.csv").write_text("1,2,60\n2,3,40\n")
     law.write_text("def pull(): return 1")
     shutil.copytree(build.SOURCES, plugin)
     others = [path for path in sources.of_a_run() if build.SOURCES not in path.parents]
@@ -209,6 +216,8 @@ def test_a_stored_run_is_of_the_same_law_plugin_and_engine(
         law.write_text("def pull(): return 2")
     elif changed == "wall":
         (tmp_path / "lid.stl").write_text("solid lid ")
+    elif changed == "sieve":
+        (tmp_path / "sieve.csv").write_text("1,2,50\n2,3,50\n")
     elif changed == "plugin":
         source = next(plugin.glob("*.cpp"))
         source.write_text(source.read_text() + "\n")
@@ -221,6 +230,37 @@ def test_a_stored_run_is_of_the_same_law_plugin_and_engine(
         )
     run()
     assert len(engine) == (1 if changed in (None, "order") else 2)
+
+
+@pytest.mark.parametrize("changed", ["mine.py", "lid.stl", "sieve.csv"])
+def test_another_file_that_a_target_names_is_another_question(changed: str, tmp_path: Path, engine: list[Any]) -> None:
+    """The answer with the former law, STL file or sieve analysis is stored under a number; with the same files it is replaced."""
+    scene = yaml.safe_load((EXAMPLES / "calibrations" / "small_drum.yaml").read_text())
+    for name in ("mine.py", "lid.stl", "sieve.csv"):
+        (tmp_path / name).write_text("1,2,60\n2,3,40\n")
+    more = {"walls": [*scene["walls"], {"name": "lid", "stl": "lid.stl"}], "feed": [SIEVED]}
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump({**scene, **more, "laws": {"capillary": "mine.py:pull"}}))
+    content = yaml.safe_load(drum(tmp_path).read_text())
+    content["targets"][0]["scene"] = "scene.yaml"
+    out, lines = tmp_path / "out", list[str]()
+    for _ in range(2):
+        answering.calibrate(ask(tmp_path, content), out, say=lines.append)
+    assert not (out / "calibration.1.json").exists()
+    (tmp_path / changed).write_text("1,2,50\n2,3,50\n")
+    answering.calibrate(ask(tmp_path, content), out, say=lines.append)
+    assert (out / "calibration.1.json").exists()
+
+
+def test_a_changed_law_of_a_bridge_is_another_question(tmp_path: Path) -> None:
+    content = {**PULL, "targets": [{**PULL["targets"][0], "changes": {"laws": [f"{tmp_path}/mine.py:pull"]}}]}  # type: ignore[index]
+    words = set()
+    for force in (1, 2):
+        (tmp_path / "mine.py").write_text(
+            "def pull(separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension):\n"
+            f"    return {force}\n"
+        )
+        words.add(answering.fingerprint(*asking.read(ask(tmp_path, content))))
+    assert len(words) == 2
 
 
 def test_a_run_without_a_number_ends_in_a_sentence(tmp_path: Path, engine: list[Any]) -> None:

@@ -75,6 +75,19 @@ def test_a_fitted_parameter_takes_a_degree_of_freedom() -> None:
     assert problem(lambda u: [u[0], u[0]], [0.42, 0.58], [0.05, 0.05]).reached  # 5.12, p = 0.024
 
 
+@pytest.mark.parametrize(("targets", "repeats"), [(2, 3), (2, 10), (5, 3)])
+def test_targets_that_agree_are_rejected_as_rarely_as_the_level_says(targets: int, repeats: int) -> None:
+    """Means of few measurements of one number: 1 % contradict each other, within three standard deviations."""
+    random, sets, rejected = np.random.default_rng(6), 1000, 0
+    for _ in range(sets):
+        measured = random.normal(0.5, 0.05, (targets, repeats))
+        values, errors = measured.mean(axis=1), measured.std(axis=1, ddof=1) / math.sqrt(repeats)
+        solved = problem(lambda u: [u[0]] * targets, values.tolist(), errors.tolist(), freedom=repeats - 1.0)
+        solved.__dict__["minima"] = [np.array([np.average(values, weights=errors**-2.0)])]
+        rejected += not solved.reached
+    assert rejected / sets == pytest.approx(0.01, abs=3.0 * math.sqrt(0.01 * 0.99 / sets))
+
+
 def test_slopes_are_those_at_the_place() -> None:
     """y = u² has the slope 2 u within the window and at its upper bound."""
     curved = problem(lambda u: [u[0] ** 2], [0.25], [1.0])

@@ -25,7 +25,7 @@ def groups(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     folder = tmp_path_factory.mktemp("across")
     for group, (name, ends) in enumerate(ENDS.items()):
         for k, end in enumerate(ends):
-            run = made(folder / name / str(k))
+            run = made(folder / name / str(k), seed=k)
             scene = EngineScene.read(run / "scene.json")
             assert scene.liquid is not None
             film = scene.liquid.model_copy(update={"initial_film_thickness_m": (5e-5, 7e-5)[group]})
@@ -104,7 +104,7 @@ def test_the_second_line_is_on_what_differs_most(tmp_path: Path) -> None:
     """Of a scene without a fraction retained: the quantity of the smallest p at its time, with the verdict of the table."""
     for name, more in (("a", 0.0), ("b", 0.4)):
         for k in range(4):
-            run = made(tmp_path / name / str(k))
+            run = made(tmp_path / name / str(k), seed=k)
             (run / "results" / "fraction_retained.parquet").unlink()
             table = pd.read_parquet(run / "trajectory.parquet")
             table.assign(x=table["x"] + 1e-9 * (k + more)).to_parquet(run / "trajectory.parquet")

@@ -126,10 +126,9 @@ def test_a_cut_size_that_is_not_enclosed_is_named(
         assert found.notes[0] in capsys.readouterr().out.splitlines()
 
 
-def test_seeds_of_both_sides(runs: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_seeds_of_both_sides(runs: list[Path]) -> None:
     """Two seeds each: by the spread of the seeds, and the verdict names the number of the screen."""
-    monkeypatch.setattr(verdict, "_comparable", lambda groups, across: None)
-    found = verdict.compare(runs[:2], runs[2:])
+    found = verdict.compare(runs[:2], runs[2:], force=True)
     rows = {row.quantity: row for row in found.rows}
     overs = [[json.loads((r / "results" / "screen.json").read_text())["moisture_percent_of_dry_mass"]["overs"] for r in g]
              for g in (runs[:2], runs[2:])]  # fmt: skip

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-from pywet.cases.small import small
+from pywet.cases.small import scenes, small
 from pywet.cases.small.bodies import water
+from pywet.cli.app import app
 from pywet.errors import PywetError
 from pywet.laws import custom_laws, registry
 from pywet.laws.contact import damping, film_volume
 from pywet.planning import time_steps
+from pywet.runs.rundir import RunDir
 from tests.engines.liggghts import stability
 from tests.engines.liggghts.scenes import contacts, spheres_of
 from tests.error_codes import raises_code
@@ -104,6 +109,33 @@ def test_a_bridge_has_its_limits_whatever_the_viscosity(tmp_path: Path) -> None:
         if viscosity < 1e-3 and sideways:  # of a spring at the rim of two spheres, I = 2/5 m r^2
             turned = 2.0 * math.sqrt(mass / (3.5 * pair.tangential_stiffness_N_per_m))
             assert limits["viscous tangential"] == pytest.approx(turned, rel=1e-5)
+
+
+def test_a_turning_wall_is_as_fast_as_its_rim(tmp_path: Path) -> None:
+    """A drum that turns twice as fast passes a bridge in half the time; the speed is that of its corners about the axis z."""
+    choice, limits = scenes.Choice(spheres=60), {}
+    sphere, outside = choice.glass(60), 0.0
+    for rpm in (0.1, 200.0, 400.0):
+        poured, where = scenes.in_a_drum(dataclasses.replace(choice, turns_per_minute=rpm))
+        folder = tmp_path / f"{rpm:g}"
+        scene = small.prepare(
+            folder, [sphere], poured, scenes.springs(2e3), liquid=choice.liquid(sphere), effects=small.PAPER, time_step_s=1e-7,
+            steps=1, **where,
+        )  # fmt: skip
+        run = RunDir(folder)
+        outside = float(np.hypot(run.corners_at_rest[..., 0], run.corners_at_rest[..., 1]).max())
+        corners = {wall.name: run.corners_at_rest[run.meshes == wall.name] for wall in scene.walls}
+        limits[rpm] = [passing(time_steps.advise(scene, *given)) for given in ((corners,), ())]
+        shown = CliRunner().invoke(app, ["timestep", str(folder)]).output
+        assert f"passing a bridge    {limits[rpm][0]:9.2e} s" in shown
+    still, fast = limits[0.1][0], limits[200.0][0]
+    assert limits[400.0][0] == pytest.approx(0.5 * fast, rel=1e-9)
+    assert fast == pytest.approx(still * 0.1 / (2.0 * math.pi * 200.0 / 60.0 * outside), rel=1e-9)
+    assert limits[200.0][1] < fast  # the box is larger
+
+
+def passing(advice: time_steps.Advice) -> float:
+    return next(limit.time_step_s for limit in advice.limits if limit.effect == "passing a bridge")
 
 
 def test_a_step_at_the_limit_is_not_refused(tmp_path: Path) -> None:
