@@ -15,12 +15,20 @@ ASKED = (signal.SIGTERM, signal.SIGHUP)
 """Signals that request the end of a command, in addition to that of Ctrl-C."""
 
 
-class Ended(KeyboardInterrupt):
-    """Raised if a signal requests the end; handlers of Ctrl-C clean up after it as well."""
+RESUMES = "what is written is whole: call it again, and a run resumes from its last checkpoint"
 
-    def __init__(self, number: int) -> None:
+
+class Ended(KeyboardInterrupt):
+    """Raised if a signal requests the end; handlers of Ctrl-C clean up after it as well. `left`: phrase on what is written."""
+
+    def __init__(self, number: int, left: str = RESUMES) -> None:
         super().__init__(number)
-        self.number = number
+        self.number, self.left = number, left
+
+    @classmethod
+    def of(cls, stop: KeyboardInterrupt) -> Ended:
+        """Return an interrupt of either kind with the number of its signal."""
+        return stop if isinstance(stop, Ended) else cls(signal.SIGINT)
 
 
 def die_with_parent() -> None:
@@ -53,9 +61,6 @@ def clearing_up() -> Iterator[None]:
 
 def message(given: str, stop: KeyboardInterrupt) -> tuple[str, int]:
     """Return the sentence and the exit code, as in shells, of a command that a signal ended."""
-    number = stop.number if isinstance(stop, Ended) else signal.SIGINT
-    name = signal.Signals(number).name + (" (Ctrl-C)" if number == signal.SIGINT else "")
-    return (
-        f"{given}: ended by {name}; what is written is whole: call it again, and a run resumes from its last checkpoint",
-        128 + number,
-    )
+    ended = Ended.of(stop)
+    name = signal.Signals(ended.number).name + (" (Ctrl-C)" if ended.number == signal.SIGINT else "")
+    return f"{given}: ended by {name}; {ended.left}", 128 + ended.number

@@ -54,5 +54,6 @@ def _script(engine: str, script: Path, words: list[str], check: bool) -> None:
     )
     if outcome is None:
         return
-    tell(f"{outcome.formed} bridges formed, {outcome.ruptured} ruptured; ledger closed to {outcome.ledger_error:.1e}")
+    closed = f"ledger closed to {outcome.ledger_error:.1e} up to the output at step {outcome.last_output}"
+    tell(f"{outcome.formed} bridges formed, {outcome.ruptured} ruptured; {closed}")
     tell(f"tables are in {outcome.log}/history; to check the run: pywet replay {outcome.log}")

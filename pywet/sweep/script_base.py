@@ -134,13 +134,14 @@ class OfScript(Kind):
                 f"{self.file.name}: {process.last_words(printed, status)}",
                 code="sweep.script_ended", given=status, where=self.file,
             )  # fmt: skip
-        ledger = script_folder.ledger(work / line.log)
-        if ledger.empty:
+        last = script_folder.ledger(work / line.log).iloc[-1]
+        ended = script_folder.ended_at_step(work / line.log)
+        if ended != last["step"]:
             raise PywetError(
-                f"{self.file.name} wrote no output of the liquid; expected `every` shorter than its runs",
-                code="sweep.script_liquid", where=self.file,
+                f"{self.file.name} ended {'by `quit`' if ended is None else f'at step {ended}'} and wrote its last output of the "
+                f"liquid at step {last['step']:.0f}; expected its end at an output: change `every` or the steps of `run`",
+                code="sweep.script_liquid", given=ended, expected=int(last["step"]), where=self.file,
             )  # fmt: skip
-        last = ledger.iloc[-1]
         initial = float(last["initial"]) or math.nan
         found: Numbers = {name: float(last[name]) for name in ("formations", "ruptures")}
         found |= {"bridges_at_end": float(last["bridge_count"]), "processor_time_s": usage.cpu_s}

@@ -74,7 +74,7 @@ def killed() -> None:
 
 
 def script(folder: Path, status: int) -> None:
-    """Run a script whose engine ends with this status and writes no tables."""
+    """Run a script whose engine ends with this status, at a step that is no output."""
     kind = SimpleNamespace(
         file=Path("in.script"), _read=[SimpleNamespace(liquid=Path("wet.yaml"), log=Path("wet"))], _folders=set
     )
@@ -86,7 +86,8 @@ def script(folder: Path, status: int) -> None:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(process, "attend", attend)
-        patch.setattr(script_folder, "ledger", lambda _: pd.DataFrame())
+        patch.setattr(script_folder, "ledger", lambda _: pd.DataFrame({"step": [1, 1001]}))
+        patch.setattr(script_folder, "ended_at_step", lambda _: 1901)
         script_base.OfScript.run(kind, SimpleNamespace(given=given), folder, 1)  # type: ignore[arg-type]
 
 

@@ -26,6 +26,8 @@ from pywet.scene import ContactPair, EngineScene
 
 CROWD = time_steps.DENSE
 """Number of spheres of each kind assumed for the stable step: a dense packing."""
+DEFAULTED = {"gravity", "coefficientRestitution", "coefficientFriction", "characteristicVelocity"}
+"""Quantities that the estimates replace by a default if the script has none, which they must not if it hides the value."""
 LEAST_SPEED = 0.1
 """Impact speed [m/s] if neither a fall nor the script gives a larger one."""
 
@@ -126,7 +128,7 @@ def _speed(f: Facts) -> float:
 
 def _scene(wet: Wet, f: Facts, spheres: Spheres) -> EngineScene | None:
     """Return a scene for estimates: the script's spheres and contacts, with the thickest film; None if a number is unknown."""
-    if not f.kinds or not f.time_step_s:
+    if not f.kinds or not f.time_step_s or DEFAULTED & set(f.hidden):
         return None
     scene = scene_of(wet, f.time_step_s, spheres, [], f.gravity or (0.0,) * 3)
     classes = tuple(c.model_copy(update={"count": CROWD}) for c in scene.classes)
@@ -177,7 +179,8 @@ def _time_step(f: Facts, scene: EngineScene | None) -> Iterator[str]:
     if f.time_step_s is None:
         yield "time step: not known before the engine comes to the line"
     elif scene is None:
-        yield f"time step {f.time_step_s:g} s: no stable one to compare it with, a number of the spheres or contacts is not known"
+        unknown = "a number of the spheres or contacts, or gravity, is not known"
+        yield f"time step {f.time_step_s:g} s: no stable one to compare it with, {unknown}"
     else:
         yield "stable time steps, of two spheres in a packing:"
         yield from (f"  {line}" for line in time_steps.advise(scene).lines)

@@ -129,6 +129,12 @@ def number(word: str) -> float | None:
         return None
 
 
+def _numbers(words: Sequence[str]) -> tuple[float, ...] | None:
+    """Return the numbers of all words; None if one is unknown."""
+    values = tuple(value for word in words if (value := number(word)) is not None)
+    return values if len(values) == len(words) else None
+
+
 def triangles_of(path: Path) -> int | None:
     """Return the number of triangles of an STL file, text or binary; None if there is none."""
     if not path.is_file() or path.suffix.lower() != ".stl":
@@ -146,12 +152,15 @@ def _fix(found: Facts, name: str, style: str, more: list[str], used: set[str], w
     given = dict(pairwise(more))
     if style == "property/global" and len(more) > 1:
         skip = 3 if more[1] in ("peratomtypepair", "atomtypepair") else 2
-        values = [number(word) for word in more[skip:]]
-        found.materials[more[0]] = tuple(v for v in values if v is not None)
+        if (values := _numbers(more[skip:])) is None:
+            found.hidden.append(more[0])
+        else:
+            found.materials[more[0]] = values
     elif style == "gravity" and more[1:2] == ["vector"]:
-        size, *way = (number(word) for word in [more[0], *more[2:5]])
-        if size is not None and len(way) == 3 and (length := math.hypot(*(w or 0.0 for w in way))):
-            x, y, z = (size * (w or 0.0) / length for w in way)
+        if (values := _numbers([more[0], *more[2:5]])) is None:
+            found.hidden.append("gravity")
+        elif len(values) == 4 and (length := math.hypot(*values[1:])):
+            x, y, z = (values[0] * w / length for w in values[1:])
             found.gravity = (x, y, z)
     elif style == "particletemplate/sphere" and name in used:
         _template(found, name, more, given)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,13 +16,14 @@ from pywet.geometry import Surface, write_stl
 from pywet.geometry.initial import part_table, triangle_table
 from pywet.runs import tables
 from pywet.scene import EngineScene
+from pywet.schema import FORMATION, RAW
 from pywet.util.files import read_json, read_table, write_json, write_parts, write_table
 
 SCRIPT = "script.json"
 """File that marks the run of a script.
 
-It contains the output steps, steps of contact windows, whether the run resumes from a restart file, other forces on
-spheres, walls without films, and lengths of the box along x, y, z where it is periodic (else 0).
+It contains the output steps, steps of contact windows, the step at which the script ended, whether the run resumes from a
+restart file, other forces on spheres, walls without films, and lengths of the box along x, y, z where it is periodic (else 0).
 """
 COME = "come.bin"
 """Raw log of inserted spheres."""
@@ -46,6 +48,17 @@ def note_forces(log: Path, others: Sequence[str]) -> None:
     write_json(log / SCRIPT, {**noted, "other_forces": list(dict.fromkeys([*noted["other_forces"], *others]))})
 
 
+def note_end(log: Path, step: int) -> None:
+    """Add the last step of the script to script.json."""
+    write_json(log / SCRIPT, {**dict(read_json(log / SCRIPT, "run the script again")), "ended_at_step": step})
+
+
+def ended_at_step(log: Path) -> int | None:
+    """Return the last step of a finished script; None if its command `quit` ended the engine."""
+    step: int | None = dict(read_json(log / SCRIPT, "run the script again")).get("ended_at_step")
+    return step
+
+
 def write_scene(log: Path, scene: EngineScene) -> None:
     """Write the data that change when spheres of another class are inserted."""
     write_json(log / "scene.json", scene.model_dump(mode="json"))
@@ -65,9 +78,24 @@ def ledger(log: Path) -> pd.DataFrame:
     return read_table(log / "history" / "ledger.parquet")
 
 
-def collect(log: Path, windows: int) -> None:
-    """Convert the raw logs into tables and delete them."""
+def counts(log: Path) -> tuple[int, int]:
+    """Return the numbers of formations and ruptures until the end of a finished run, which need not be an output."""
+    last = ledger(log).iloc[-1]
+    events = read_table(log / "history" / "events.parquet", columns=["step", "kind"])
+    formed = events["kind"][events["step"] > last["step"]] == FORMATION
+    return int(last["formations"] + formed.sum()), int(last["ruptures"] + (~formed).sum())
+
+
+def logged(log: Path) -> bool:
+    """Return whether the engine has opened its raw logs."""
+    return (log / "engine" / "ledger.0.bin").exists()
+
+
+def collect(log: Path, windows: int, killed: bool = False) -> None:
+    """Convert the raw logs into tables and delete them; `killed`: the engine could not finish them."""
     raw, history = log / "engine", log / "history"
+    if killed:
+        _cut(raw)
     come = pd.DataFrame(np.fromfile(raw / COME, OF_COME)).sort_values("id", ignore_index=True)
     write_table(come, history / "spheres.parquet")
     for name, rows in tables.converted(raw):
@@ -92,6 +120,16 @@ def collect(log: Path, windows: int) -> None:
     write_json(log / SCRIPT, {**noted, "output_steps": outputs, "window_steps": windows, "last_step": int(last)})
     for path in raw.glob("*.bin"):
         path.unlink()
+
+
+def _cut(raw: Path) -> None:
+    """Cut the raw logs after the last output: of later records some were not written, and one only in part."""
+    outputs = np.fromfile(raw / "ledger.0.bin", RAW["ledger"])["step"]
+    for path in raw.glob("*.*.bin"):
+        kind = RAW[path.name.partition(".")[0]]
+        count = path.stat().st_size // kind.itemsize
+        steps = np.memmap(path, kind, "r", shape=count)["step"] if count else outputs[:0]
+        os.truncate(path, kind.itemsize * int(np.searchsorted(steps, outputs.max(initial=-1), "right")))
 
 
 def _mesh_motion(log: Path, names: list[str]) -> None:

@@ -13,6 +13,14 @@ SENTENCES = {
     "wet.no_line": ("the script {given} has no line `fix ID all pywet …`", "one such line"),
     "wet.two_lines": ("the script has {given} lines of fix pywet", "one"),
     "wet.words": ("fix pywet was given the words `{given}`", "liquid FILE [log FOLDER] [every STEPS] [windows STEPS]"),
+    "wet.hidden": (
+        "fix pywet was given {given}, whose variable the text of the script does not determine",
+        "a word, or a variable set once before the line, outside of `if` and loops",
+    ),
+    "wet.line": (
+        "the engine came to the line `fix {given}`",
+        "`fix {expected}`, as in the text: set variables of the line outside of jumps, loops and files with variable names",
+    ),
     "wet.every": ("fix pywet was given every {given}", "a whole number of steps, 1 or more"),
     "wet.windows": ("fix pywet was given windows {given}", "a whole number of steps, 1 or more"),
     "wet.group": ("fix pywet is of the group {given}", "all: every sphere may be wet"),
@@ -47,6 +55,10 @@ SENTENCES = {
     "wet.neighbour": ("neigh_modify has {given}", "delay 0 every 1 check yes: films touch between two lists else"),
     "wet.contact_distance": ("contact_distance_factor is {given}", "1"),
     "wet.skin": ("the skin of the command neighbor is {given} m, too small for these films", "{expected} m or more"),
+    "wet.no_spheres": (
+        "the script has no spheres in its first run and the engine knows no radius of those to come",
+        "spheres before the first `run`, or a fix that inserts them, such as pour",
+    ),
     "wet.drawn": ("{given}, each sphere of its own kind", "radius constant, in as many templates as there are sizes, 32 at most"),
     "wet.mesh_file": ("there is no file {given}", "the path of a mesh, as seen from where the script runs"),
     "wet.moved_group": ("fix {given} moves only some of the spheres", "nve/sphere of the group all"),

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import ctypes as C
 import json
-import math
 import os
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,8 @@ from pywet.cases.script.hosts import HOSTS, refuse_ranks
 from pywet.cases.script.refusals import of_box, of_state, refusal
 from pywet.cases.script.scan import Found, scan
 from pywet.cases.script.scene import Spheres, dry_walls, other_forces, reach, scene_of, surface, too_thick
-from pywet.ending import die_with_parent
+from pywet.cases.script.wet import line
+from pywet.ending import Ended, die_with_parent
 from pywet.engines.liggghts.inputs import prepare_laws, transfer_tables
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.worker import LINE_BUFFERED, plugin_rank
@@ -36,12 +37,15 @@ from pywet.scene import EngineScene
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of a script: folder of its tables, bridges formed and ruptured, relative error of the liquid ledger."""
+    """Result of a script: folder of its tables, bridges formed and ruptured until its end, relative error of the liquid ledger
+    and step of its last output.
+    """
 
     log: Path
     formed: int
     ruptured: int
     ledger_error: float
+    last_output: int
 
 
 def run(path: Path, words: list[str], say: Callable[[str], None], engine: str = "liggghts") -> Outcome | None:
@@ -58,12 +62,18 @@ def run(path: Path, words: list[str], say: Callable[[str], None], engine: str = 
     if child == 0:
         die_with_parent()
         os._exit(_engine(found, path, words, say, engine))
-    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    try:
+        status = _exit_status(child)
+    except KeyboardInterrupt as stop:
+        if first and folder.logged(log):
+            folder.collect(log, found.line.windows, killed=True)
+        left = f"its outputs are in {log}/history; to run it again, name another folder after `log`"
+        raise Ended(Ended.of(stop).number, left if log.exists() else "nothing is written: call it again") from None
     if not first:
         raise SystemExit(status if status >= 0 else 128 - status)
-    there = (log / "engine").exists()
+    there = folder.logged(log)
     if there:
-        folder.collect(log, found.line.windows)
+        folder.collect(log, found.line.windows, killed=status < 0)
     if status:
         tables = f"; tables until then are in {log}" if there else ""
         if status == REFUSED:  # its message is printed
@@ -74,9 +84,20 @@ def run(path: Path, words: list[str], say: Callable[[str], None], engine: str = 
         )  # fmt: skip
     if not there:
         raise refusal("wet.no_line", str(path))
-    last = folder.ledger(log)
-    formed, ruptured = (int(last[name].max()) if len(last) else 0 for name in ("formations", "ruptures"))
-    return Outcome(log, formed, ruptured, ledger_error(last) if len(last) else math.nan)
+    ledger = folder.ledger(log)
+    formed, ruptured = folder.counts(log)
+    return Outcome(log, formed, ruptured, ledger_error(ledger), int(ledger["step"].iloc[-1]))
+
+
+def _exit_status(child: int) -> int:
+    """Wait for the engine's process, which is killed if this one is interrupted."""
+    try:
+        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    except BaseException:
+        with suppress(ProcessLookupError, ChildProcessError):
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+        raise
 
 
 REFUSED = 3
@@ -109,6 +130,7 @@ def _engine(found: Found, path: Path, words: list[str], say: Callable[[str], Non
         plugin.finish()
         libc.fflush(None)
         return 1
+    guarded(script.end)
     host.close()
     plugin.finish()
     del callback
@@ -126,7 +148,13 @@ class _Script:
         self._gravity: list[float] = []
         self._periodic: list[float] = []
         self._log: Path | None = None
-        self.asked = {b"line": self._state, b"run": self.check, b"begin": self.begin}
+        self.asked = {b"line": self._at_line, b"run": self.check, b"begin": self.begin}
+
+    def _at_line(self) -> None:
+        """Compare the line of the engine, which follows jumps and knows all variables, with that of the text."""
+        if (read := line(self._plugin.script_words())) != self.line:
+            raise refusal("wet.line", str(read), str(self.line))
+        self._state()
 
     def _state(self) -> dict[str, Any]:
         state: dict[str, Any] = json.loads(self._plugin.script_state())
@@ -163,8 +191,7 @@ class _Script:
         plugin.set_script(self.line.windows, lambda rows, step: self._guarded(lambda: self._enter(rows, step)))
         self._surfaces = surfaces
         plugin.attach(self._engine, raw, self.line.name)
-        if state["restored"]:
-            plugin.resume_script(int(state["restored"]))
+        plugin.resume_script(int(state["restored"]))
 
     def _long_enough(self, state: dict[str, Any]) -> None:
         for problem in of_box(state["periodic"], float(state["reach"]), float(state["skin"])):
@@ -193,6 +220,11 @@ class _Script:
             if scene:
                 folder.write_scene(self._log, scene)
             folder.note(self._log, come)
+
+    def end(self) -> None:
+        """Note the last step of the script, which need not be an output."""
+        if self._log and plugin_rank() == 0:
+            folder.note_end(self._log, int(json.loads(self._plugin.script_state())["last"]))
 
     def check(self) -> None:
         """Check the state of the engine at the start of a run."""

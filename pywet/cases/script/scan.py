@@ -41,7 +41,7 @@ def commands(path: Path, depth: int = 0, variables: Variables | None = None) -> 
             path=path, code="wet.includes",
         )  # fmt: skip
     text = read_bytes(path, "a script of LIGGGHTS").decode(errors="replace")
-    for row in re.sub(r"&[ \t]*\n", " ", text).splitlines():
+    for row in re.sub(r"&[ \t\r]*\n", " ", text).splitlines():
         words = _words(row)
         if variables:
             words = variables.filled(words)
@@ -51,7 +51,10 @@ def commands(path: Path, depth: int = 0, variables: Variables | None = None) -> 
         if words[:1] == ["include"] and len(words) == 2 and "$" not in words[1]:
             yield from commands(Path(words[1]), depth + 1, variables)
         elif words:
-            yield from (inner for text in _hidden(words) if (inner := _words(text)))
+            for inner in filter(None, map(_words, _hidden(words))):
+                if variables:
+                    variables.doubt(inner)
+                yield inner
 
 
 def _words(row: str) -> list[str]:

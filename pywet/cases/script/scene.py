@@ -139,6 +139,8 @@ def reach(spheres: Spheres, state: dict[str, Any]) -> tuple[float, float]:
     given = [(a.percent, a.film_um) for a in wet.first_films]
     if first == 0.0 and not any(map(any, [*given, (wet.liquid.percent, wet.liquid.film_um)])):
         return skin, 0.0
+    if not float(state["largest_radius"]):
+        raise refusal("wet.no_spheres")
     most, least = 2.0 * float(state["largest_radius"]), LEAST_SKIN * float(state["least_radius"])
     needed = FILM_GROWTH * first * most + least
     if skin < needed or skin < 2.0 * least:

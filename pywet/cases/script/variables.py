@@ -21,6 +21,7 @@ class Variables:
         at = [k for k, word in enumerate(words[:-2]) if word in ("-var", "-v")]
         self._given = {words[k + 1]: words[k + 2] for k in at}
         self._values = dict(self._given)
+        self._doubted: set[str] = set()
 
     def filled(self, words: list[str]) -> list[str]:
         """Replace variables by their values; undefined ones are left as they are."""
@@ -31,7 +32,7 @@ class Variables:
         match words:
             case ["variable", name, "delete"]:
                 self._values.pop(name, None)
-            case ["variable", name, "index", first, *_]:
+            case ["variable", name, "index", first, *_] if name not in self._doubted:
                 self._values.setdefault(name, first)
             case ["variable", name, "string", value, *_]:
                 self._values[name] = self._given.get(name, value)
@@ -42,6 +43,25 @@ class Variables:
                     self._values[name] = f"{number:.15g}"
             case ["variable", name, *_]:
                 self._values.pop(name, None)
+            case ["next", *names]:
+                self._forget(*names)
+
+    def doubt(self, words: list[str]) -> None:
+        """Forget the variables that a command would set which the engine executes in some cases only, such as one within `if`."""
+        match words:
+            case ["variable", name, "index", *_] if name in self._values:
+                pass  # the engine leaves an existing one as it is
+            case ["variable", name, "string", *_] if name in self._given:
+                pass
+            case ["variable", name, *_]:
+                self._forget(name)
+            case ["next", *names]:
+                self._forget(*names)
+
+    def _forget(self, *names: str) -> None:
+        self._doubted.update(names)
+        for name in names:
+            self._values.pop(name, None)
 
     def _number(self, formula: str) -> float | None:
         text = re.sub(r"\bv_(\w+)", lambda m: f"({self._values.get(m[1], 'unknown')})", formula).replace("^", "**")

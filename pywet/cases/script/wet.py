@@ -129,6 +129,10 @@ class Line:
     every: int = EVERY
     windows: int = WINDOW
 
+    def __str__(self) -> str:
+        """Return the words of the line, with the default values."""
+        return f"{self.name} all {STYLE} liquid {self.liquid} log {self.log} every {self.every} windows {self.windows}"
+
 
 def line(words: list[str]) -> Line:
     """Parse the line `ID all pywet liquid FILE [log FOLDER] [every N] [windows N]` of a script."""
@@ -139,6 +143,8 @@ def line(words: list[str]) -> Line:
     unknown = given.keys() - {"liquid", "log", "every", "windows"}
     if len(rest) % 2 or len(given) < len(rest) // 2 or "liquid" not in given or unknown:
         raise refusal("wet.words", " ".join(rest))
+    if hidden := [word for word in given.values() if "$" in word]:
+        raise refusal("wet.hidden", hidden[0])
     counts = {key: given.get(key, str(usual)) for key, usual in (("every", EVERY), ("windows", WINDOW))}
     for key, count in counts.items():
         if not re.fullmatch(r"[1-9][0-9]{0,8}", count):

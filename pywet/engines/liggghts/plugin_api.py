@@ -216,11 +216,16 @@ class Plugin:
         callback = C.CFUNCTYPE(None, C.c_char_p)(asked)
         self._library.pywet_know_script(engine, callback)
         self._library.pywet_script_state.restype = C.c_char_p
+        self._library.pywet_script_words.restype = C.c_char_p
         return callback
 
     def script_state(self) -> bytes:
         """Read the current state of a script's engine, as JSON."""
         return bytes(self._library.pywet_script_state())
+
+    def script_words(self) -> list[str]:
+        """Return the words of the line of fix pywet, after `fix`, with the engine's values of variables."""
+        return str(self._library.pywet_script_words().decode(errors="replace")).split("\n")
 
     def script_spheres(self, count: int) -> np.ndarray:
         """Return the spheres in the engine as records `NEWCOMER`."""
@@ -247,9 +252,10 @@ class Plugin:
         self._library.pywet_set_script(C.c_int64(windows), callback)
 
     def resume_script(self, count: int) -> None:
-        """Resume from the numbers in the engine's restart file."""
+        """Resume from the numbers in the engine's restart file; without any, refuse spheres whose films it restored."""
         numbers = np.zeros(count)
-        self._library.pywet_script_restored(_pointer(numbers))
+        if count:
+            self._library.pywet_script_restored(_pointer(numbers))
         self._check(self._library.pywet_resume_script(_pointer(numbers), count))
 
     def add_classes(self, scene: EngineScene, known: int, tables: pd.DataFrame) -> None:

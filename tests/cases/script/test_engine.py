@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 import sys
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from tests.cases.script.scripts import read, run
+from tests.cases.script.scripts import BEFORE, LINE, read, run, write
 from tests.cases.script.test_examples import EXAMPLES, prepare
 
 pytestmark = [pytest.mark.engine, pytest.mark.slow]
@@ -85,6 +86,40 @@ def test_killed_and_restarted(tmp_path: Path) -> None:
 
     found = outcome(one / "two")
     assert found["status"] == "unreadable" and "restart file" in found["reason"]
+
+
+def resumed(folder: Path, line: str, more: str = "") -> CompletedProcess[str]:
+    """Run the packing in a box from liq.restart, with this line and `more` after it."""
+    made = BEFORE[BEFORE.index("fix             pts1") : BEFORE.index("fix             integr")]
+    before = BEFORE.replace(made, "").replace("run             1\nunfix           ins\n", "")
+    for old, new in (
+        ("atom_style ", "# "), ("region          reg", "# "), ("create_box      1 reg", "read_restart liq.restart")
+    ):  # fmt: skip
+        assert old in before
+        before = before.replace(old, new)
+    write(folder, before=before, line=line, after=f"{more}run 100\n")
+    return run(folder)
+
+
+def test_spheres_created_after_a_restart_bring_their_liquid(tmp_path: Path) -> None:
+    """It is part of the liquid put in; and films of a restart file without its bridges, of another fix ID, are refused."""
+    write(tmp_path, line=f"{LINE} log one", after="run 300\nwrite_restart liq.restart\n")
+    assert run(tmp_path).returncode == 0
+    there = table(tmp_path, "ledger", "one").iloc[-1]
+    new = int(there["spheres"]) + 1
+    more = (
+        "write_restart again.restart\n"  # the engine creates spheres only after a command that initialises it
+        f"create_atoms 1 single 0 0 0.078 units box\nset atom {new} diameter 0.004 density 2500\n"
+    )
+    done = resumed(tmp_path, f"{LINE} log two", more)
+    assert done.returncode == 0, done.stderr
+    after = table(tmp_path, "ledger", "two")
+    film = 0.01 * 2.5 * 4 / 3 * np.pi * 0.002**3
+    assert after["spheres"].iloc[0] == new
+    assert after["initial"].to_numpy() == pytest.approx(there["initial"] + film, rel=1e-13)
+    assert np.abs((after["films"] + after["bridges"]) / after["initial"] - 1).max() < 1e-12
+    done = resumed(tmp_path, f"{LINE} log three".replace("fix wet", "fix liq"))
+    assert done.returncode == 1 and "the restart file holds films of spheres" in read(done.stderr), done.stderr
 
 
 @pytest.mark.parametrize("name", ["stream", "drum"])

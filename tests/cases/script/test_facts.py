@@ -28,6 +28,38 @@ def test_variables_with_numbers_words_and_arithmetic() -> None:
     assert variables.filled(["${k}", "${q}", "${e}"]) == ["${k}", "${q}", "${e}"]
 
 
+def test_variables_that_a_command_within_another_sets_are_unknown(tmp_path: Path) -> None:
+    """Those of `if`, and those that `next` moves on; what is set again after it, or by the command line, is known."""
+    script = tmp_path / "in.script"
+    script.write_text(
+        "variable a string water\nvariable b string water\nvariable c index 1 2\nvariable d index 1 2\n"
+        'if "${k} == 1" then "variable a string oil" "variable b string oil" else "variable e index 5"\n'
+        'run 100 every 10 "next d"\nvariable b string dry\nvariable e index 6\nnext c\nvariable v string no\n'
+        'if "1 > 0" then "variable v string no"\nprint ${a} ${b} ${c} ${d} ${e} ${v}\n'
+    )
+    last = list(commands(script, variables=Variables(["-var", "v", "given"])))[-1]
+    assert last == ["print", "${a}", "dry", "${c}", "${d}", "${e}", "given"]
+
+
+def test_lines_that_end_as_in_other_systems_are_read_alike(tmp_path: Path) -> None:
+    for name, end in (("unix", "\n"), ("windows", "\r\n")):
+        (tmp_path / name).write_bytes(BEFORE.replace("\n", end).encode())
+    rows = [list(commands(tmp_path / name)) for name in ("unix", "windows")]
+    assert rows[0] == rows[1] and ["pair_style", "gran", "model", "hertz", "tangential", "history"] in rows[1]
+
+
+def test_values_that_only_the_engine_knows_are_not_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither by those of the next atom type nor by zero: the quantity is named, and nothing is estimated from it."""
+    monkeypatch.chdir(tmp_path)
+    before = BEFORE.replace("youngsModulus peratomtype 5.e6", "youngsModulus peratomtype ${soft} 5.e6")
+    script = write(tmp_path, before=before.replace("0.0 0.0 -1.0", "0.0 ${tilt} -1.0"))
+    found = facts(scan(script).rows)
+    assert found.hidden[:2] == ["youngsModulus", "gravity"] and "youngsModulus" not in found.materials
+    assert found.gravity is None and found.materials["poissonsRatio"] == (0.45,)
+    lines = check(write(tmp_path, before=BEFORE.replace("0.0 0.0 -1.0", "0.0 ${tilt} -1.0")))[0]
+    assert any("no stable one to compare it with" in line for line in lines)
+
+
 def test_what_the_text_gives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     found = facts(scan(write(tmp_path, before=SHAKEN, wet=WET.replace("dry", PLATE_ALONE))).rows)

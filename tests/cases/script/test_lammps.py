@@ -13,7 +13,7 @@ import pytest
 from pywet.cases.script.scan import scan
 from pywet.engines.lammps import build
 from pywet.errors import PywetError
-from tests.cases.script.scripts import WET, run
+from tests.cases.script.scripts import WET, read, run
 
 needs_lammps = pytest.mark.skipif(not build.libraries()[1].exists(), reason="LAMMPS is not installed: make peers")
 PACKING = """# packing in a box of region walls
@@ -114,6 +114,39 @@ def test_bridges_reach_across_periodic_boundaries(tmp_path: Path) -> None:
     for axis in "xy":
         assert (bridges[f"xj_{axis}"].abs() > 0.02).sum() > 10  # bridges across the periodic boundary
     assert np.abs((ledger["films"] + ledger["bridges"]) / ledger["initial"] - 1).max() < 1e-12
+
+
+POUR = """region slab block -0.017 0.017 -0.017 0.017 0.01 0.04 units box
+fix ins all pour 100 1 49979687 region slab diam one 0.005 dens 2500 2500 vol 0.3 50 vel -0.1 0.1 -0.1 0.1 -0.5
+fix             integr"""
+
+
+@needs_lammps
+@pytest.mark.engine
+@pytest.mark.slow
+def test_spheres_poured_into_an_empty_box(tmp_path: Path) -> None:
+    from reference_impl.replay.command import outcome
+
+    script = write(tmp_path)
+    made = PACKING[PACKING.index("create_atoms") : PACKING.index("pair_style")]
+    script.write_text(script.read_text().replace(made, "").replace("fix             integr", POUR))
+    done = run(tmp_path, sys.executable, "-m", "pywet.cli.app", "lammps")
+    assert done.returncode == 0, done.stderr
+    ledger = pd.read_parquet(tmp_path / "wet" / "history" / "ledger.parquet")
+    assert ledger["spheres"].iloc[0] == 0 and ledger["spheres"].iloc[-1] == 100 and ledger["formations"].iloc[-1] > 10
+    held = ledger["films"] + ledger["bridges"]
+    assert np.abs(held - ledger["initial"]).max() < 1e-12 * ledger["initial"].iloc[-1]
+    assert outcome(tmp_path / "wet")["status"] == "agrees"
+
+
+@needs_lammps
+@pytest.mark.engine
+@pytest.mark.slow
+def test_a_line_that_lammps_reads_otherwise_than_the_text(tmp_path: Path) -> None:
+    jump = "variable f string oil.yaml\njump SELF on\nvariable f string wet.yaml\nlabel on\n"
+    write(tmp_path, line=f"{jump}fix wet all pywet liquid ${{f}}")
+    done = run(tmp_path, sys.executable, "-m", "pywet.cli.app", "lammps")
+    assert done.returncode == 1 and "`fix wet all pywet liquid oil.yaml log wet" in read(done.stderr), done.stderr
 
 
 @pytest.mark.parametrize(

@@ -50,6 +50,14 @@ WRONG_SCRIPTS = [
     ("wet.windows", {"line": f"{LINE} windows 0"}),
     ("wet.words", {"line": "fix wet all pywet"}),
     ("wet.every", {"line": "fix wet all pywet liquid wet.yaml every 0"}),
+    ("wet.hidden", {"line": f"{LINE} log run_${{k}}"}),
+    (
+        "wet.hidden",
+        {
+            "line": 'variable f string wet.yaml\nif "${k} == 1" then "variable f string oil.yaml"\n'
+            "fix wet all pywet liquid ${f}"
+        },
+    ),
     ("wet.group", {"line": LINE.replace("all", "fine")}),
     ("wet.newton", {"before": BEFORE.replace("newton          off", "newton on")}),
     ("wet.short_box", {"before": BEFORE.replace("f f f", "f f p").replace("0 0.08", "0 0.0199")}),
@@ -209,6 +217,9 @@ def test_the_skin_is_shared_between_films_and_ways() -> None:
     assert reach(spheres(), {**STATE, "skin": float(error.value.expected)})[0] >= 2e-4 * (1 - 1e-9)
     assert reach(spheres(liquid={"percent": 0}), {**STATE, "skin": 1e-4}) == (1e-4, 0.0)
     assert reach(spheres(SPHERES[:0]), STATE)[0] == pytest.approx(1e-3)
+    with pytest.raises(PywetError) as error:
+        reach(spheres(SPHERES[:0]), {**STATE, "largest_radius": 0.0})
+    assert error.value.code == "wet.no_spheres"
     assert too_thick(spheres().table, thickest) is None and too_thick(spheres().table, 1e-3) == 1
 
 

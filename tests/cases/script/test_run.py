@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from pywet.cases.script import folder
 from pywet.cases.script.folder import SCRIPT
-from tests.cases.script.scripts import AFTER, BEFORE, LINE, PLATE_ALONE, SHAKEN, WET, run, write
+from pywet.schema import RAW
+from tests.cases.script.scripts import AFTER, BEFORE, LINE, PLATE_ALONE, SHAKEN, WET, read, run, write
 
 pytestmark = pytest.mark.engine
 
@@ -20,9 +27,9 @@ pytestmark = pytest.mark.engine
 )
 def test_without_liquid_the_motion_is_that_of_the_stock_program(tmp_path: Path, before: str) -> None:
     stock, ours = tmp_path / "stock", tmp_path / "ours"
-    for folder, line, wet in ((stock, "", WET), (ours, LINE, WET.replace("1.0", "0"))):
-        folder.mkdir()
-        write(folder, before=before, line=line, wet=wet)
+    for where, line, wet in ((stock, "", WET), (ours, LINE, WET.replace("1.0", "0"))):
+        where.mkdir()
+        write(where, before=before, line=line, wet=wet)
     assert run(stock, "liggghts").returncode == 0
     done = run(ours)
     assert done.returncode == 0, done.stderr
@@ -126,6 +133,60 @@ def test_a_run_that_is_refused_keeps_the_tables_of_the_one_before(tmp_path: Path
     assert table(tmp_path, "ledger")["step"].max() == 501
 
 
+def test_bridges_are_counted_to_the_end_of_the_script(tmp_path: Path) -> None:
+    """Of a script that ends 900 steps after its last output."""
+    write(tmp_path, line="fix wet all pywet liquid wet.yaml", after="run 1900\n")
+    done = run(tmp_path)
+    assert done.returncode == 0, done.stderr
+    events, ledger = (table(tmp_path, name) for name in ("events", "ledger"))
+    assert ledger["step"].tolist() == [1, 1001] and folder.ended_at_step(tmp_path / "wet") == 1901
+    formed, ruptured = (int((events["kind"] == kind).sum()) for kind in (0, 1))
+    assert formed > ledger["formations"].iloc[-1] > 0 and folder.counts(tmp_path / "wet") == (formed, ruptured)
+    assert f"{formed} bridges formed, {ruptured} ruptured; ledger closed to" in read(done.stdout)
+    assert "up to the output at step 1001" in read(done.stdout)
+
+
+def test_a_line_that_the_engine_reads_otherwise_than_the_text(tmp_path: Path) -> None:
+    jump = "variable f string oil.yaml\njump SELF on\nvariable f string wet.yaml\nlabel on\n"
+    write(tmp_path, line=f"{jump}fix wet all pywet liquid ${{f}}")
+    done = run(tmp_path)
+    assert done.returncode == 1 and "`fix wet all pywet liquid oil.yaml log wet" in read(done.stderr), done.stderr
+    assert "expected `fix wet all pywet liquid wet.yaml log wet" in read(done.stderr)
+    assert not (tmp_path / "wet").exists()
+
+
+def test_a_script_that_a_signal_ends_leaves_the_tables_of_its_outputs(tmp_path: Path) -> None:
+    """In the middle of a record of the contact log, which is longer than its buffer between two outputs."""
+
+    def heed() -> None:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+    write(tmp_path, line="fix wet all pywet liquid wet.yaml every 1000 windows 1000", after="run 1000000\n")
+    command = [sys.executable, "-m", "pywet.cli.app", "liggghts", "-in", "in.script"]
+    call = subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        preexec_fn=heed,
+    )  # fmt: skip
+    ledger, contacts = (tmp_path / "wet" / "engine" / f"{name}.0.bin" for name in ("ledger", "contacts"))
+    until = time.monotonic() + 120
+    while not (
+        ledger.exists()
+        and ledger.stat().st_size >= 2 * RAW["ledger"].itemsize
+        and contacts.stat().st_size % RAW["contacts"].itemsize
+    ):
+        assert call.poll() is None and time.monotonic() < until, call.communicate()[1]
+        time.sleep(0.01)
+    os.kill(call.pid, signal.SIGTERM)
+    message = read(call.communicate(timeout=60)[1])
+    assert call.returncode == 143 and "ended by SIGTERM; its outputs are in wet/history" in message, message
+    assert "checkpoint" not in message
+    with pytest.raises(ProcessLookupError):
+        os.killpg(call.pid, 0)
+    steps = table(tmp_path, "ledger")["step"].tolist()
+    assert steps[:2] == [1, 1001] and table(tmp_path, "contacts")["step"].max() == steps[-1]
+    assert table(tmp_path, "films")["step"].max() == steps[-1]
+
+
 @pytest.mark.slow
 def test_films_on_a_mesh_that_vibrates(tmp_path: Path) -> None:
     """Its triangles are the engine's, its pose at every step of an event is where the script's wiggle has it."""
@@ -142,8 +203,8 @@ def test_films_on_a_mesh_that_vibrates(tmp_path: Path) -> None:
     assert poses["shift_z"].to_numpy() == pytest.approx((z - z[first].iloc[0]).to_numpy(), abs=1.6e-6)
 
 
-def table(folder: Path, name: str) -> pd.DataFrame:
-    return pd.read_parquet(folder / "wet" / "history" / f"{name}.parquet")
+def table(where: Path, name: str) -> pd.DataFrame:
+    return pd.read_parquet(where / "wet" / "history" / f"{name}.parquet")
 
 
 def test_state_of_a_script_is_json() -> None:

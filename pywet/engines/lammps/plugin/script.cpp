@@ -35,6 +35,10 @@ typedef void (*Asked)(const char *when);
 Asked asked = nullptr;
 LAMMPS *lmp_of_script = nullptr;
 
+class FixWet;
+FixWet *wet = nullptr;
+std::string words_of_line;              // one in each line of text
+
 class FixWet : public Fix {
  public:
   int64_t last = -1;                    // step of the latest forces
@@ -53,6 +57,7 @@ class FixWet : public Fix {
     if (modify->get_fix_by_id(id)) atom->delete_callback(id, Atom::GROW);
     memory->destroy(values_);
     memory->destroy(extra_);
+    if (wet == this) wet = nullptr;
   }
   int setmask() override { return FixConst::POST_FORCE; }
   void grow_arrays(int n) override {
@@ -91,9 +96,11 @@ class FixWet : public Fix {
   int64_t summed_ = -1;                 // step of these sums
 };
 
-FixWet *wet = nullptr;
-
-Fix *made(LAMMPS *lmp, int n, char **words) { return wet = new FixWet(lmp, n, words); }
+Fix *made(LAMMPS *lmp, int n, char **words) {
+  words_of_line = words[0];
+  for (int k = 1; k < n; k++) words_of_line += std::string("\n") + words[k];
+  return wet = new FixWet(lmp, n, words);
+}
 
 // Periodic lengths along x, y, z [m], 0 if not periodic.
 std::string periodic_lengths() {
@@ -124,6 +131,9 @@ EXPORT void pywet_know_script(void *lmp, void (*ask)(const char *)) {
   (*lmp_of_script->modify->fix_map)["pywet"] = made;
 }
 
+// Words of the latest line of fix pywet after `fix`, as the engine read them; separated by line breaks.
+EXPORT const char *pywet_script_words() { return pywet::words_of_line.c_str(); }
+
 // Present state of the engine as JSON with the keys of the other engine; names are those of its script.
 EXPORT const char *pywet_script_state() {
   using namespace pywet;
@@ -137,6 +147,7 @@ EXPORT const char *pywet_script_state() {
     least = std::min(least, atom.radius[a]);
     largest = std::max(largest, atom.radius[a]);
   }
+  largest = std::max(largest, 0.5 * (lists.cutneighmax - lists.skin));  // also of spheres that a fix will insert
   const std::string pair = lmp.force->pair_style ? lmp.force->pair_style : "";
   const bool known = pair == "granular" || pair.rfind("gran/", 0) == 0;
   double *g = nullptr, gravity[3] = {};
@@ -159,7 +170,7 @@ EXPORT const char *pywet_script_state() {
       << ",\"restored\":0,\"time_step\":" << lmp.update->dt << ",\"spheres\":" << atom.natoms << ",\"map\":" << atom.map_style
       << ",\"newton\":" << lmp.force->newton << ",\"delay\":" << lists.delay << ",\"every\":" << lists.every << ",\"check\":"
       << lists.dist_check << ",\"contact_distance_factor\":1.0,\"skin\":" << lists.skin << ",\"least_radius\":"
-      << (largest > 0 ? least : 0) << ",\"largest_radius\":" << largest << ",\"layers\":" << lmp.comm->procgrid[2]
+      << (least < INF ? least : 0) << ",\"largest_radius\":" << largest << ",\"layers\":" << lmp.comm->procgrid[2]
       << ",\"ghost_velocity\":" << lmp.comm->ghost_velocity << ",\"periodic\":" << periodic_lengths()
       << ",\"tilted\":" << lmp.domain->triclinic << ",\"reach\":" << lists.cutneighmax << ",\"coarsegraining\":0,\"units\":\"" << lmp.update->unit_style << "\",\"granular\":" << granular << ",\"cohesion\":"
       << (known ? 0 : -1) << ",\"steady_gravity\":0,\"gravity\":[" << gravity[0] << "," << gravity[1] << "," << gravity[2]

@@ -17,14 +17,19 @@ double film_thickness(double volume, double radius) {
 void Films::begin() {
   const View &at = world_.engine.at;
   wall.assign(world_.walls.triangles.size(), 0.0);
-  long double sum = 0;
+  long double sum = 0, entered = 0;
   for (const Given &g : given) sum += g.film;
   initial = double(sum);
   for (int a = 0; a < at.nlocal; a++) {
-    if (world_.rules.scripted && at.liquid[a][ENTERS] > 0) continue;  // its film was restored from a restart file
+    if (world_.rules.scripted && at.liquid[a][ENTERS] > 0) {
+      restored = true;
+      continue;
+    }
     const Given &g = given[at.tag[a]];
     enter(a, g.film, g.enters);
+    entered += g.film;
   }
+  begun = double(entered);
   std::vector<Given>().swap(given);
   part_thickness_.assign(world_.walls.parts.size(), 0.0);
   part_thickness_then = part_thickness_;

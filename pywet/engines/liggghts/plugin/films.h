@@ -19,6 +19,8 @@ class Films {
   std::vector<Given> given;              // initial films by sphere id, until `begin`
   std::vector<double> wall;              // volume by the number of the film, see Walls [m3]
   double initial = 0;                    // sum over all spheres at the start
+  double begun = 0;                      // sum over this rank's spheres whose films `begin` has entered
+  bool restored = false;                 // whether this rank has spheres whose films were restored from a restart file
   double left = 0;                       // liquid that left the box
   double retired = 0;                    // films of removed spheres; the same on all ranks
   // thickness at the last search for pairs, by local index; largest growth of a sphere's and of a wall's film since then

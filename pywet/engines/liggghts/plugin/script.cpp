@@ -58,6 +58,10 @@ struct Door {
 };
 Styles *styles_of(Modify &modify);
 
+class FixWet;
+FixWet *wet = nullptr;
+std::string words_of_line;              // one in each line of text
+
 class FixWet : public FixExternal {
  public:
   int64_t last = -1;                    // step of the latest forces
@@ -71,7 +75,10 @@ class FixWet : public FixExternal {
     extvector = 0;
     FixWet::grow_arrays(atom->nmax);
   }
-  ~FixWet() { memory->destroy(values_); }
+  ~FixWet() {
+    memory->destroy(values_);
+    if (wet == this) wet = nullptr;
+  }
   void grow_arrays(int n) override {
     FixExternal::grow_arrays(n);
     memory->grow(values_, n, OF_SPHERE, "pywet:values");
@@ -132,8 +139,6 @@ class FixWet : public FixExternal {
   int64_t summed_ = -1;                 // step of these sums
 };
 
-FixWet *wet = nullptr;
-
 LAMMPS_NS::FixMeshSurface *mesh_of(const char *id) {
   return dynamic_cast<LAMMPS_NS::FixMeshSurface *>(lmp_of_script->modify->find_fix_id(id));
 }
@@ -191,6 +196,8 @@ std::vector<Newcomer> spheres_now() {
 }
 
 Fix *made(LAMMPS *lmp, int n, char **words) {
+  words_of_line = words[0];
+  for (int k = 1; k < n; k++) words_of_line += std::string("\n") + words[k];
   const char *same[6] = {words[0], words[1], "external", "pf/callback", "1", "1"};
   return wet = new FixWet(lmp, 6, const_cast<char **>(same));
 }
@@ -209,6 +216,9 @@ EXPORT void pywet_know_script(void *lmp, void (*ask)(const char *)) {
   asked = ask;
   (*styles_of(*lmp_of_script->modify))["pywet"] = made;
 }
+
+// Words of the latest line of fix pywet after `fix`, as the engine read them; separated by line breaks.
+EXPORT const char *pywet_script_words() { return pywet::words_of_line.c_str(); }
 
 // Present state of the engine as JSON; names are those of its script.
 EXPORT const char *pywet_script_state() {

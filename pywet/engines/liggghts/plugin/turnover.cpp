@@ -145,11 +145,20 @@ std::vector<double> Turnover::serialized() const {
 }
 
 void Turnover::resume(const std::vector<double> &values) {
+  double here[2] = {films_.begun, films_.restored ? 1.0 : 0.0};
+  double all[2] = {here[0], here[1]};
+  if (!world_.ranks.alone()) MPI_Allreduce(here, all, 2, MPI_DOUBLE, MPI_SUM, world_.ranks.all);
+  if (values.empty()) {
+    if (all[1] > 0)
+      throw std::runtime_error("the restart file holds films of spheres, and bridges of a fix pywet with another ID; expected "
+                               "the same ID in this script as in the one that wrote the file");
+    return;
+  }
   const size_t walls = size_t(values[5]), each = sizeof(BridgeRecord) / sizeof(double), n = (values.size() - 6 - walls) / each;
   if (walls != films_.wall.size())
     throw std::runtime_error("the restart file holds films on " + std::to_string(walls) + " triangles of walls; expected the " +
                              std::to_string(films_.wall.size()) + " of this script: name the same walls in the liquid's file");
-  films_.initial = values[0]; films_.left = values[1]; films_.retired = values[2];
+  films_.initial = values[0] + all[0]; films_.left = values[1]; films_.retired = values[2];
   if (world_.ranks.first()) standing_.formations = int64_t(values[3]), standing_.ruptures = int64_t(values[4]);
   std::copy(&values[6], &values[6] + walls, films_.wall.begin());
   std::shared_ptr<BridgeRecord> bridges(new BridgeRecord[n + 1], std::default_delete<BridgeRecord[]>());

@@ -27,7 +27,7 @@ class Turnover {
   void begin();                          // registers the spheres that exist already
   void look();                           // call after a rebuild of the lists, before anything else; collective
   std::vector<double> serialized() const;      // values stored in a restart file
-  void resume(const std::vector<double> &values);
+  void resume(const std::vector<double> &values);  // call after begin(), without values if no restart file has any; collective
   void apply_events();                           // call at the end of a step, after all other events: removes the liquid of deleted spheres from the ledger
 
  private:
