@@ -133,9 +133,9 @@ PATCHES: list[tuple[str, str, str]] = [
      'return e.kind == FORMATION ? (injected("drawn twice") ? -2.0 : -1.0) : 1.0;'),
     ("liquid_ledger.cpp", "films_.add(e.j, sign(e) * e.share_j);",
      'films_.add(e.j, (injected("lost at rupture") && sign(e) > 0 ? 0.0 : sign(e)) * e.share_j);'),
-    ("liquid_ledger.cpp", "laws.rupture(e.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j);",
-     'laws.rupture(e.volume, b.radius_i, injected("rupture of equal spheres") && b.kind != SPHERE ? b.radius_i : b.radius_j,\n'
-     "                                       b.angle_i, b.angle_j);"),
+    ("bridge_list.cpp", "world_.laws.rupture(b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j)",
+     'world_.laws.rupture(b.volume, b.radius_i, injected("rupture of equal spheres") && b.kind != SPHERE ? b.radius_i : b.radius_j,\n'
+     "                    b.angle_i, b.angle_j)"),
 ]  # fmt: skip
 """File, text that must be there once, text in its place."""
 
