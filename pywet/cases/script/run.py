@@ -223,8 +223,11 @@ class _Script:
 
     def end(self) -> None:
         """Note the last step of the script, which need not be an output."""
-        if self._log and plugin_rank() == 0:
-            folder.note_end(self._log, int(json.loads(self._plugin.script_state())["last"]))
+        if not self._log:
+            return
+        last = int(json.loads(self._plugin.script_state())["last"])  # on all ranks: the engine compares their radii
+        if plugin_rank() == 0:
+            folder.note_end(self._log, last)
 
     def check(self) -> None:
         """Check the state of the engine at the start of a run."""
