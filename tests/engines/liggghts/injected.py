@@ -134,7 +134,8 @@ PATCHES: list[tuple[str, str, str]] = [
     ("liquid_ledger.cpp", "films_.add(e.j, sign(e) * e.share_j);",
      'films_.add(e.j, (injected("lost at rupture") && sign(e) > 0 ? 0.0 : sign(e)) * e.share_j);'),
     ("bridge_list.cpp", "world_.laws.rupture(b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j)",
-     'world_.laws.rupture(b.volume, b.radius_i, injected("rupture of equal spheres") && b.kind != SPHERE ? b.radius_i : b.radius_j,\n'
+     'world_.laws.rupture(b.volume, b.radius_i,\n'
+     '                    injected("rupture of equal spheres") && b.kind != SPHERE ? b.radius_i : b.radius_j,\n'
      "                    b.angle_i, b.angle_j)"),
 ]  # fmt: skip
 """File, text that must be there once, text in its place."""
