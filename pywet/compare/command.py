@@ -89,7 +89,7 @@ def show(comparison: verdict.Comparison) -> None:
     several = comparison.level is not None
     table = Table(box=None, header_style="bold", pad_edge=False)
     for name in ("quantity", "A", "B", "B − A", "p" if several else "off", "at [s]", ""):
-        table.add_column(name, no_wrap=name != "quantity", max_width=24 if name == "quantity" else None)
+        table.add_column(escape(name), no_wrap=name != "quantity", max_width=24 if name == "quantity" else None)
     shown = [row for row in comparison.rows if row.a or row.b or row.different]
     for row in sorted(shown, key=lambda row: not row.different):
         colour = "red" if row.different else "green"
@@ -106,11 +106,13 @@ def show(comparison: verdict.Comparison) -> None:
         out.print(
             "B − A: at the time in the column at [s], where |t| is largest, with the 95 % interval of this quantity alone",
             soft_wrap=True,
+            markup=False,
         )
     else:
         out.print(
             "off: |A − B| over the quantity's scale, at the time in the column at [s], where it is largest",
             soft_wrap=True,
+            markup=False,
         )
         if any(row.interval is not None for row in comparison.rows):
             out.print("B − A: ± from the 95 % intervals within one run each", soft_wrap=True)

@@ -136,6 +136,7 @@ def test_single_runs(tmp_path: Path) -> None:
     assert "within round-off" in verdict.compare([a], [near]).verdict
     code, output_text = run(str(a), str(far), "--json", str(tmp_path / "out.json"))
     assert code == 1 and "says nothing about significance" in " ".join(output_text.split())
+    assert output_text.count("at [s]") == 2  # the column and the line that explains it
     rows = {r["quantity"]: r for r in json.loads((tmp_path / "out.json").read_text())["rows"]}
     assert rows["fraction retained"]["deviation"] == pytest.approx(1e-3, rel=1e-6)
     assert not rows["fraction retained small"]["different"] if "fraction retained small" in rows else True
