@@ -13,6 +13,7 @@ from pywet.cases.custom.description import Scene
 from pywet.cases.screening import identity, verdict
 from pywet.config.loading import begun, placed_laws, read_yaml
 from pywet.errors import PywetError
+from pywet.laws import custom_laws
 from pywet.planning.effect_plan import EffectPlan
 from pywet.products import until
 from pywet.runs import record
@@ -123,11 +124,8 @@ def held(scene: Scene, folder: Path) -> AbstractContextManager[None]:
 
 def fingerprint(scene: Scene) -> str:
     """Return the data that determine a run of this scene: its description, the files that it names, the program's code."""
-    named = placed_laws(scene.laws, scene.folder, scene.file is None).model_dump().values()
-    laws = [law for law in named if isinstance(law, str)]
-    files = [Path(law.rpartition(":")[0]) for law in laws if ".py:" in law]
-    files += [scene.folder / wall.stl for wall in scene.walls if wall.stl]
-    files += [scene.folder / feed.psd.file for feed in scene.feed if feed.psd.file]
+    named = placed_laws(scene.laws, scene.folder, scene.file is None).model_dump(exclude={"reference"}, exclude_none=True)
+    files = [*(Path(law.rpartition(":")[0]) for law in named.values() if custom_laws.is_custom(law)), *scene.files()]
     texts = [hashlib.sha256(read_bytes(file, "fix its path in the scene")).hexdigest() for file in files]
     return identity.of(scene.model_dump(mode="json", exclude={"folder", "file"}), texts)
 

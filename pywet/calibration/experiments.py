@@ -66,11 +66,10 @@ def _of_laws(laws: Iterable[str], folder: Path) -> list[tuple[Path, str]]:
 
 
 def _of_scene(scene: Scene) -> list[tuple[Path, str]]:
-    """Return the STL files, sieve analyses and files of laws of a scene with the advice if they cannot be read."""
-    files = [wall.stl for wall in scene.walls] + [feed.psd.file for feed in scene.feed]
+    """Return the files that a scene names, those of laws and of their references too, with the advice if they cannot be read."""
     chosen = scene.laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
     laws = _of_laws([*chosen.values(), *scene.laws.reference.values()], scene.folder)
-    return [(scene.folder / file, CURE) for file in files if file] + laws
+    return [(file, CURE) for file in scene.files()] + laws
 
 
 def _json(path: Path) -> dict[str, Any]:

@@ -70,12 +70,17 @@ class OfScript(Kind):
             names = {self.file.name, *_named(Path(self.file.name))}
             files = {name: read_bytes(Path(name), CURE) for name in sorted(names)}
             liquid = read_yaml(found.line.liquid, Wet)
-        if found.line.log.is_absolute() or ".." in found.line.log.parts:
-            raise ConfigError(
-                f"{self.file} writes its tables to {found.line.log}; expected a folder below the script's, one for each point",
-                code="sweep.script_log", file=self.file, given=found.line.log,
-            )  # fmt: skip
+        self._tables(found.line)
         return found.line, files, liquid
+
+    def _tables(self, line: Line) -> Path:
+        """Return the folder of the tables, relative to the script."""
+        if not _below(line.log):
+            raise ConfigError(
+                f"{self.file} writes its tables to {line.log}; expected a folder below the script's, one for each point",
+                code="sweep.script_log", file=self.file, given=line.log,
+            )  # fmt: skip
+        return line.log
 
     def _variables(self) -> dict[str, str]:
         """Return the variables of the script and of included files, with the values in the text."""
@@ -126,6 +131,8 @@ class OfScript(Kind):
             make_folder(work / name)
         make_folder((work / line.liquid).parent)
         (work / line.liquid).write_text(yaml.safe_dump(built.given.wet.model_dump(mode="json", exclude_none=True)))
+        with chdir(work):
+            log = work / self._tables(scan(Path(self.file.name)).line)  # the point's variables may name another
         command = [sys.executable, "-P", "-m", "pywet.cli.app", "liggghts", "-in", self.file.name]
         status, usage = process.attend(command, work, process.surroundings(python=True), lambda: None)
         if status:
@@ -134,8 +141,8 @@ class OfScript(Kind):
                 f"{self.file.name}: {process.last_words(printed, status)}",
                 code="sweep.script_ended", given=status, where=self.file,
             )  # fmt: skip
-        last = script_folder.ledger(work / line.log).iloc[-1]
-        ended = script_folder.ended_at_step(work / line.log)
+        last = script_folder.ledger(log).iloc[-1]
+        ended = script_folder.ended_at_step(log)
         if ended != last["step"]:
             raise PywetError(
                 f"{self.file.name} ended {'by `quit`' if ended is None else f'at step {ended}'} and wrote its last output of the "

@@ -80,30 +80,40 @@ def test_a_mistake_is_one_sentence(tmp_path: Path, changes: dict[str, Any], code
         _ = asked(tmp_path, **changes).runs
 
 
+def _log_by_friction(folder: Path) -> None:
+    script = folder / "in.script"
+    script.write_text(script.read_text().replace(scripts.LINE, f"{scripts.LINE} log wet_${{friction}}"))
+
+
 @pytest.mark.engine
 def test_a_point_is_the_run_of_the_script_by_hand(tmp_path: Path) -> None:
-    """Sweep two moistures with a function of the folder; the wet run has the events of `pywet liggghts` with the same values."""
+    """Sweep two moistures with a function of the folder; the wet run has the events of `pywet liggghts` with the same values.
+
+    The folder of the tables is named after an axis.
+    """
     (tmp_path / "mine.py").write_text(
         "import pandas as pd\n\ndef films(folder):\n"
-        "    return pd.read_parquet(folder / 'wet' / 'history' / 'films.parquet')['film'].sum()\n"
+        "    return pd.read_parquet(folder / 'wet_0.3' / 'history' / 'films.parquet')['film'].sum()\n"
     )
     gather = [*SWEEP["gather"], "ruptures", "mine.py:films"]
     asked(tmp_path, axes={**SWEEP["axes"], "script.friction": [0.3]})
+    _log_by_friction(tmp_path / "mine")
     content = {**SWEEP, "axes": {"liquid.percent": [0.0, 1.0], "script.friction": [0.3]}, "gather": gather}
     of = plan.read(write(tmp_path, content), tmp_path / "out", tmp_path / "store", trust=True)
     made = sweep_command.carry_out(of, 1, 1, 0, print)
     assert made["status"].tolist() == [table.DONE] * 2, made["reason"].tolist()
     assert made["formations"].tolist()[0] == 0 and made["formations"].tolist()[1] > 10
     assert 0.5 < made["liquid_films_share"][1] < 1.0 and made["films"][1] > made["films"][0] == 0.0
-    assert of.missing == [] and not (tmp_path / "mine" / "wet").exists()
+    assert of.missing == [] and not [*(tmp_path / "mine").glob("wet_*")]
     hand = tmp_path / "hand"
     (hand / "more").mkdir(parents=True)
     scripts.write(hand, before=BEFORE.replace("friction equal 0.4", "friction equal 0.3"), after=AFTER)
     (hand / "more" / "tail").write_text(TAIL)
+    _log_by_friction(hand)
     done = scripts.run(hand)
     assert done.returncode == 0, done.stderr
     there = of.store.place(of.runs[1].built.name) / "work"
-    events = [pd.read_parquet(folder / "wet" / "history" / "events.parquet") for folder in (hand, there)]
+    events = [pd.read_parquet(folder / "wet_0.3" / "history" / "events.parquet") for folder in (hand, there)]
     pd.testing.assert_frame_equal(*events, check_exact=True)
     assert yaml.safe_load((there / "wet.yaml").read_text())["liquid"]["percent"] == 1.0
     dumps = [{p.name: p.read_text() for p in (folder / "more").glob("dump*")} for folder in (hand, there)]

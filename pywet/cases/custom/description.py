@@ -360,6 +360,10 @@ class Scene(Excusable):
         given = {name: getattr(self, name) for name in self.model_fields_set}
         return type(self)(**{**given, **changes})
 
+    def files(self) -> list[Path]:
+        """Return the paths of the files that the scene's keys name: STL files and sieve analyses, not those of laws."""
+        return [self.folder / path for path in _paths(self.model_dump(exclude={"folder", "file"}))]
+
     def __setattr__(self, name: str, value: Any) -> None:
         raise ConfigError(
             f"scene {self.name}: {name} cannot be set, since a scene is immutable; make a new one: "
@@ -519,3 +523,11 @@ def _doubled(what: str, names: list[str]) -> list[str]:
         for n in sorted(set(names))
         if names.count(n) > 1
     ]
+
+
+def _paths(value: Any) -> list[Path]:
+    """Return all paths among the values of keys, in their order."""
+    if isinstance(value, Path):
+        return [value]
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else ()
+    return [path for part in parts for path in _paths(part)]

@@ -63,7 +63,8 @@ def _script(path: Path, f: Facts) -> Iterator[str]:
     for mesh in f.meshes:
         count = "triangles not known" if mesh.triangles is None else f"{mesh.triangles} triangles"
         use = "wall" if mesh.wall else "no wall"
-        yield f"  mesh {mesh.name}: {count}, material {mesh.atom_type}, {use} ({mesh.file})"
+        material = "not known" if mesh.atom_type is None else mesh.atom_type
+        yield f"  mesh {mesh.name}: {count}, material {material}, {use} ({mesh.file})"
     yield from (f"  primitive wall {name}: {words}" for name, words in f.primitives.items())
     yield from (f"  {name} {' '.join(f'{v:g}' for v in values)}" for name, values in f.materials.items())
     models = sorted({m for m in f.wall_models if f"model {m}" != f.pair})

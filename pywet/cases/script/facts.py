@@ -37,11 +37,11 @@ class Kind:
 
 @dataclass(frozen=True)
 class Mesh:
-    """A mesh: file, atom type of its material, number of triangles (None: no such STL file), whether a wall uses it."""
+    """A mesh: file, atom type of its material and number of triangles (None: not known), whether a wall uses it."""
 
     name: str
     file: str
-    atom_type: int
+    atom_type: int | None
     triangles: int | None
     wall: bool
 
@@ -67,8 +67,6 @@ class Facts:
     """Bounds of the box along x, y, z [m]."""
     periodic: str = ""
     """Axes along which the box repeats."""
-    steps: int = 0
-    """Total number of steps of all runs in the script."""
     hidden: list[str] = field(default_factory=list)
     """Quantities that only the engine can determine."""
 
@@ -108,8 +106,6 @@ def facts(rows: Sequence[list[str]]) -> Facts:
                 found.periodic = "".join(axis for axis, side in zip("xyz", sides, strict=False) if side in ("p", "pp"))
             case ["read_data", file, *_]:
                 _data(found, file)
-            case ["run", count, *more] if count.isdigit():
-                found.steps = int(count) if more[:1] == ["upto"] else found.steps + int(count)
             case ["read_restart", file, *_]:
                 found.hidden.append(f"spheres of read_restart {file}")
             case ["create_atoms", *_]:
@@ -167,7 +163,9 @@ def _fix(found: Facts, name: str, style: str, more: list[str], used: set[str], w
     elif style.startswith("mesh/surface"):
         file = given.get("file", "?")
         count = triangles_of(Path(file))
-        found.meshes.append(Mesh(name, file, int(number(given.get("type", "")) or 0), count, name in walls))
+        if not (atom_type := number(given.get("type", ""))):
+            found.hidden.append(f"material of mesh {name}")
+        found.meshes.append(Mesh(name, file, int(atom_type) if atom_type else None, count, name in walls))
     elif style == "wall/gran":
         models = more[more.index("model") + 1 :] if "model" in more else []
         ends = [models.index(word) for word in ("mesh", "primitive") if word in models]
@@ -202,9 +200,13 @@ def _data(found: Facts, file: str) -> None:
     if all(ends):
         found.box = tuple(float(end) for match in ends if match for end in match.groups())
     part = re.search(r"^Atoms[^\n]*\n\s*\n(.*?)(?:\n\s*\n|\Z)", text, re.MULTILINE | re.DOTALL)
-    rows = [line.split()[1:4] for line in part[1].splitlines()] if part else []
-    for atom_type, diameter, density in sorted({tuple(row) for row in rows if len(row) == 3}):
-        found.kinds.append(Kind(f"data file {file}", int(atom_type), 0.5 * float(diameter), float(density)))
+    rows = {tuple(line.split()[1:4]) for line in part[1].splitlines()} if part else set()
+    for values in sorted(filter(None, map(_numbers, rows))):
+        atom_type, diameter, density = values if len(values) == 3 else (0.0,) * 3
+        if diameter > 0.0:
+            found.kinds.append(Kind(f"data file {file}", int(atom_type), 0.5 * diameter, density))
+    if part and not found.kinds:
+        found.hidden.append(f"spheres of {file}")
 
 
 def height_m(found: Facts) -> float:
