@@ -124,7 +124,9 @@ def held(scene: Scene, folder: Path) -> AbstractContextManager[None]:
 
 def fingerprint(scene: Scene) -> str:
     """Return the data that determine a run of this scene: its description, the files that it names, the program's code."""
-    named = placed_laws(scene.laws, scene.folder, scene.file is None).model_dump(exclude={"reference"}, exclude_none=True)
+    named = placed_laws(scene.laws, scene.folder, scene.file is None).model_dump(
+        exclude={"reference"}, exclude_none=True
+    )
     files = [*(Path(law.rpartition(":")[0]) for law in named.values() if custom_laws.is_custom(law)), *scene.files()]
     texts = [hashlib.sha256(read_bytes(file, "fix its path in the scene")).hexdigest() for file in files]
     return identity.of(scene.model_dump(mode="json", exclude={"folder", "file"}), texts)

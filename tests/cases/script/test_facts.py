@@ -63,7 +63,11 @@ def test_values_that_only_the_engine_knows_are_not_replaced(tmp_path: Path, monk
 def test_what_the_text_does_not_give_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The material of a mesh in a variable that the engine computes, and spheres of a data file that is not one of spheres."""
     monkeypatch.chdir(tmp_path)
-    script = write(tmp_path, before=SHAKEN.replace("plate.stl type 1", "plate.stl type ${late}"), wet=WET.replace("dry", PLATE_ALONE))
+    script = write(
+        tmp_path,
+        before=SHAKEN.replace("plate.stl type 1", "plate.stl type ${late}"),
+        wet=WET.replace("dry", PLATE_ALONE),
+    )
     (tmp_path / "no.data").write_text("Atoms\n\n1 one 0.004 2500 0 0 0\n2 1 0.0 2500 0 0 0\n")
     script.write_text(f"read_data no.data\n{script.read_text()}")
     found, lines = facts(scan(script).rows), check(script)[0]
