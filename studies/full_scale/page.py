@@ -26,9 +26,12 @@ from studies.full_scale.stored_runs import ALL, DEFAULT, SEEDS, StoredRun
 
 Answers = Sequence[tuple[Statement, Answer]]
 FOLDER = Path("docs/full_scale")
-STIFF, STIFF_RETIRED = ((1, 2, 10, 11), "paper"), ((7, 8, 16, 17), f"{DEFAULT}_stiff")
-"""Cases with a run with the paper's stiffness, and its name: runs with all spheres, and runs whose passed spheres are retired."""
-THIRD = f"{STIFF_RETIRED[1]}_third"
+STIFF, STIFF_RETIRED = "paper", f"{DEFAULT}_stiff"
+"""Names of runs with the paper's stiffness: moist ones with all spheres, and others, whose passed spheres are retired.
+
+Dry runs with all spheres precede a correction that changed them, and are compared with nothing.
+"""
+THIRD = f"{STIFF_RETIRED}_third"
 """Such a rig with bridges in every third step."""
 FIGURES = {
     "fig10": ("Fig. 10: dry, fraction retained", plots.dry),
@@ -88,7 +91,7 @@ def honest(runs: Runs) -> str:
     return f"""{lines}
 - The paper does not give all dimensions of the apparatus ([sieve diameter](rig.md)).
   A statement that is not confirmed shows first that this simulation differs from the paper's.
-- Most dry runs with [another sieve or reading](rig.md) and those with the paper's stiffness precede a correction: they keep
+- Most dry runs with [another sieve or reading](rig.md) precede a correction: they keep
   [tangential displacements](engine.md#conventions) of separated spheres.
 """
 
@@ -106,18 +109,15 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
     failed, open_ = ([s.number for s, answer in answers if answer.verdict == of] for of in (FAILS, OPEN))
     known = {n: reasons.reason(n, runs) for n in sorted([*failed, *open_]) if n in reasons.REASONS or n in failed}
     results = [_result(config, number, runs) for number in sorted(runs)]
-    stiff, retired = variants.get(STIFF[1], {}), {**rigs.get(STIFF_RETIRED[1], {}), **third}
-    seeds = [
-        row
-        for of, cases, others in ((campaign, STIFF[0], stiff), (runs, STIFF_RETIRED[0], retired))
-        for row in spread.rows(of, others, [n for n in cases if n in others])
-    ]
+    stiff = {n: of for n, of in variants.get(STIFF, {}).items() if of[0].about["events"]}
+    stiff |= {**rigs.get(STIFF_RETIRED, {}), **third}
+    seeds = spread.rows(runs, stiff, sorted(stiff))
     every = {
         "": campaign,
         **variants,
-        **{name: rigs[name] for name in (DEFAULT, ALL, STIFF_RETIRED[1], THIRD) if name in rigs},
+        **{name: rigs[name] for name in (DEFAULT, ALL, STIFF_RETIRED, THIRD) if name in rigs},
     }
-    stiffer = _redecided_rows(runs, {**stiff, **retired})
+    stiffer = _redecided_rows(runs, stiff)
     shed = [row for effect in SWITCHED for row in _switched(campaign, variants, effect)]
     for name, columns, rows in (
         ("runs", run_table.RUN_COLUMNS, run_table.run_rows(config, every)),
