@@ -41,14 +41,23 @@ unders_d05, unders_d07, unders_d08, unders_d09, unders_d12 = (_counted("unders",
 overs_d05, overs_d07, overs_d08, overs_d09, overs_d12 = (_counted("overs", name) for name in CLASSES)
 
 
+def _inserted_kg(run: Run) -> pd.Series:
+    """Return the mass of the spheres inserted of each class, in the order of the classes."""
+    line = run._run.timeline
+    return pd.Series([c.mass_kg * (line.types[line.entered_by_end] == c.type).sum() for c in run.scene.classes], CLASSES)
+
+
 def recovery(run: Run) -> float:
     """Return the mass of undersize in the unders over that of all inserted undersize."""
-    passed = counts(run)["unders"].to_numpy(float)
     small = np.array([2.0 * c.radius_m < APERTURE_M for c in run.scene.classes])
-    mass = np.array([c.mass_kg for c in run.scene.classes])
-    line = run._run.timeline
-    inserted = np.array([(line.types[line.entered_by_end] == c.type).sum() for c in run.scene.classes])
-    return float((mass * passed)[small].sum() / (mass * inserted)[small].sum())
+    passed = counts(run)["unders"] * [c.mass_kg for c in run.scene.classes]
+    return float(passed[small].sum() / _inserted_kg(run)[small].sum())
+
+
+def held(run: Run) -> float:
+    """Return the mass that is still on the deck at the end over that of all inserted spheres."""
+    left = counts(run).sum(axis=1) * [c.mass_kg for c in run.scene.classes]
+    return float(1.0 - left.sum() / _inserted_kg(run).sum())
 
 
 def residence_d12(run: Run) -> float:
