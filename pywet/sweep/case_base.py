@@ -31,11 +31,12 @@ NOT_AXES = {
     "config.scale": "scale in base, in one file for each scale",
     "config.cases": "case in base, in one file for each case",
     "case.case": "case in base, in one file for each case",
+    "config.seed": "the key seeds of the sweep",
     "config.seeds": "the key seeds of the sweep",
     "config.ranks": "the option --ranks",
     "config.both_presets": "the axis laws.preset",
 }
-"""Keys that choose which runs are carried out, and change none of them -> where a sweep chooses that."""
+"""Keys that choose which runs are carried out, or their seeds -> where a sweep chooses that."""
 
 
 class OfCase(Kind):
@@ -66,7 +67,7 @@ class OfCase(Kind):
         return self.base.scale or self.config.settings.scale
 
     def key(self, axis: str) -> str:
-        """Return the dotted path of an axis including its file; a key that would not change the run is refused."""
+        """Return the dotted path of an axis including its file; a key that another part of the sweep sets is refused."""
         path = self._path(axis)
         cure = next((cure for key, cure in NOT_AXES.items() if f"{path}.".startswith(f"{key}.")), None)
         *scales, name = path.split(".")[:3]
@@ -74,7 +75,7 @@ class OfCase(Kind):
             cure = f"a key of scale {self.scale}, which is run"
         if cure is not None:
             raise ConfigError(
-                f"the axis {axis} does not change a run of case {self.number}; expected {cure}",
+                f"the axis {axis} cannot be varied in a sweep of case {self.number}; expected {cure}",
                 code="config.inconsistent", key=f"axes.{axis}", expected=cure,
             )  # fmt: skip
         return path

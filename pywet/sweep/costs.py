@@ -43,7 +43,7 @@ LISTS_EVERY = 50
 def of_case(config: Config, number: int, scale: str) -> Cost:
     """Return the prediction of `pywet plan` for one run."""
     need = needs.need(config, number, scale, config.settings.ranks)
-    return _finished(need.seconds, need.disk_B, need.memory_B)
+    return _finished(need.seconds, need.disk_B, need.memory_B, need.load.spheres)
 
 
 def of_scene(building: Building) -> Cost:
@@ -61,12 +61,14 @@ def of_scene(building: Building) -> Cost:
     logged = scene.results.windows * scene.results.window_steps
     disk = needs.EVENT_B * load.events + bridges * (needs.CONTACT_B * logged + needs.SNAPSHOT_BRIDGE_B * outputs)
     disk += spheres * (needs.SNAPSHOT_SPHERE_B * outputs + needs.WINDOW_SPHERE_B * logged)
-    return _finished(machine.start(load) + machine.loop(load), disk, needs.RANK_B + needs.SPHERE_B * spheres)
+    memory = needs.RANK_B + needs.SPHERE_B * spheres
+    return _finished(machine.start(load) + machine.loop(load), disk, memory, spheres)
 
 
-def _finished(engine_s: float, tables_B: float, memory_B: float) -> Cost:
-    """Return the cost of a run from that of its engine and the size of its tables."""
-    return Cost(engine_s + FINISHING_S + FINISHING_S_PER_B * tables_B, tables_B + FILES_B, memory_B)
+def _finished(engine_s: float, tables_B: float, engine_B: float, spheres: float) -> Cost:
+    """Return the cost of a run from that of its engine, the size of its tables, and the replay, which follows in one job."""
+    memory = max(engine_B, needs.REPLAY_B + needs.REPLAY_SPHERE_B * spheres)
+    return Cost(engine_s + FINISHING_S + FINISHING_S_PER_B * tables_B, tables_B + FILES_B, memory)
 
 
 def used_s() -> float:

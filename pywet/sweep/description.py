@@ -229,6 +229,8 @@ class Sweep(Strict):
             raise ValueError(f"each gathered result once ({twice[0]} is there twice)")
         if wrong := [key for key in self.axes if key in names or key in RESERVED]:
             raise ValueError(f"another key than {wrong[0]}, which is a column of the table")
+        if (key := f"script.{self.base.seed}") in self.axes:
+            raise ValueError(f"the key seeds in place of the axis {key}, which is the seed in base")
         if self.goal is not None and names and self.goal.result not in names:
             raise ValueError(f"goal to name a gathered result ({', '.join(names)}), not {self.goal.result}")
         return self

@@ -1,25 +1,29 @@
 """A LIGGGHTS script with liquid as the base of a sweep: keys of its liquid's file and variables of the script are axes.
 
-Each point has its own folder, to which files below the script's folder that it names are copied.
+Each point has its own folder, to which files below the script's folder that it names are copied, and in which it writes.
 """
 
 from __future__ import annotations
 
+import glob
+import hashlib
 import math
 import re
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import chdir
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import yaml
 
 from pywet.cases.screening import identity
 from pywet.cases.script import folder as script_folder
-from pywet.cases.script.scan import commands, scan
+from pywet.cases.script.scan import commands, content, scan
+from pywet.cases.script.variables import NAME
 from pywet.cases.script.wet import Line, Wet
 from pywet.config.dotted_keys import filled
 from pywet.config.loading import parse, placed_laws, read_yaml
@@ -36,17 +40,19 @@ WORK = "work"
 PREFIX = "script."
 VARIABLE = re.compile(r"^([ \t]*variable[ \t]+(\w+)[ \t]+(?:index|equal|string)[ \t]+)(\S.*)$", re.MULTILINE)
 PLAIN = re.compile(r"[\w.+-]+")
-WRITES = ("dump", "log", "print", "restart", "write_data", "write_restart", "shell")
-"""Commands that write result files."""
+LOGGING = ("ave/", "massflow/mesh", "print")
+"""First characters of fixes that write a file."""
 RESULTS = ("formations", "ruptures", "bridges_at_end", "liquid_films_share", "liquid_bridges_share", "processor_time_s")
 CURE = "name a LIGGGHTS script with the line of fix pywet; its path counts from the sweep's folder"
 
 
 class Given(NamedTuple):
-    """A point of a script: its liquid, and the content of every copied file."""
+    """A point of a script: its line of fix pywet, its liquid, the content of every copied file, the folders to be made."""
 
+    line: Line
     wet: Wet
     files: dict[str, bytes]
+    folders: set[str]
 
 
 class OfScript(Kind):
@@ -60,37 +66,62 @@ class OfScript(Kind):
         return self.base.seed is not None
 
     @cached_property
-    def _read(self) -> tuple[Line, dict[str, bytes], dict[str, Any]]:
-        """Return the line of fix pywet, the files to copy by their path from the script, and the content of the liquid's file."""
+    def _contents(self) -> dict[Path, bytes]:
+        """Return the files that were read, so that each is read once for all points."""
+        return {}
+
+    def _content(self, path: Path) -> bytes:
+        """Return a file that the script names, or the digest of one that is not copied."""
+        if path not in self._contents:
+            if _below(path):
+                self._contents[path] = content(path)
+            else:
+                with open(path, "rb") as file:
+                    self._contents[path] = hashlib.file_digest(file, "sha256").digest()
+        return self._contents[path]
+
+    def _script(self, values: dict[str, Value]) -> tuple[Line, dict[str, bytes], set[str]]:
+        """Return the line of fix pywet, the files that the script names and the folders to which it writes.
+
+        Its variables have these values.
+        """
+
+        def read(path: Path) -> bytes:
+            return _put(self._content(path), values) if _below(path) else content(path)
+
         read_bytes(self.file, CURE)
         with chdir(self.file.parent):
-            found = scan(Path(self.file.name))
+            script = Path(self.file.name)
+            found = scan(script, read=read)
             if found.problems:
                 raise found.problems[0]
-            names = {self.file.name, *_named(Path(self.file.name))}
-            files = {name: read_bytes(Path(name), CURE) for name in sorted(names)}
-            liquid = read_yaml(found.line.liquid, Wet)
-        self._tables(found.line)
-        return found.line, files, liquid
+            # read again, because values that `next` changes are unknown the second time, also before it
+            rows = [*found.rows, *commands(script, variables=found.variables, read=read)]
+            self._refuse_shared(found.line, rows)
+            files = {name: self._content(Path(name)) for name in sorted({script.name, *_named(self.file, rows)})}
+            files = {name: _put(text, values) if _below(Path(name)) else text for name, text in files.items()}
+            return found.line, files, {*_folders(rows)}
 
-    def _tables(self, line: Line) -> Path:
-        """Return the folder of the tables, relative to the script."""
-        if not _below(line.log):
-            raise ConfigError(
-                f"{self.file} writes its tables to {line.log}; expected a folder below the script's, one for each point",
-                code="sweep.script_log", file=self.file, given=line.log,
-            )  # fmt: skip
-        return line.log
+    def _refuse_shared(self, line: Line, rows: Iterable[list[str]]) -> None:
+        """Refuse a path to which all points would write."""
+        paths = [("liquid", line.liquid), ("tables", line.log)]
+        for what, path in [*paths, *(("results", Path(word)) for row in rows for word in _written(row))]:
+            if not _below(path):
+                raise ConfigError(
+                    f"{self.file} has its {what} in {path}; expected a path below the script's folder, of which each point "
+                    "has a copy",
+                    code="sweep.script_shared", file=self.file, key=what, given=str(path),
+                )  # fmt: skip
 
+    @cached_property
     def _variables(self) -> dict[str, str]:
         """Return the variables of the script and of included files, with the values in the text."""
-        texts = [content.decode(errors="replace") for content in self._read[1].values()]
+        texts = [text.decode(errors="replace") for name, text in self._script({})[1].items() if _below(Path(name))]
         return {name: value for text in texts for _, name, value in VARIABLE.findall(text)}
 
     def built(self, values: Point, seed: int) -> Built:
-        line, files, liquid = self._read
         changed: dict[str, Value] = {k.removeprefix(PREFIX): v for k, v in values.items() if k.startswith(PREFIX)}
-        there = self._variables()
+        there = self._variables
         if self.base.seed is not None:
             changed = {self.base.seed: _seed(self.base.seed, there.get(self.base.seed, ""), seed), **changed}
         for name, value in changed.items():
@@ -105,16 +136,17 @@ class OfScript(Kind):
                     f"the variable {name} of {self.file} is given {value!r}; expected a number or a word",
                     code="sweep.script_value", file=self.file, key=f"axes.{name}", given=value,
                 )  # fmt: skip
+        line, files, folders = self._script(changed)
         where = self.file.parent / line.liquid
-        content = filled(liquid, {key: value for key, value in values.items() if not key.startswith(PREFIX)})
-        wet = parse(Wet, content, str(where))
+        liquid = filled(read_yaml(where, Wet), {k: value for k, value in values.items() if not k.startswith(PREFIX)})
+        wet = parse(Wet, liquid, str(where))
         wet = wet.model_copy(update={"laws": placed_laws(wet.laws, where.resolve().parent, self.trust)})
-        filled_in = {name: _put(content, changed) for name, content in files.items() if Path(name) != line.liquid}
-        texts = {name: content.decode("latin-1") for name, content in filled_in.items()}
+        texts = {name: text.decode("latin-1") for name, text in files.items() if Path(name) != line.liquid}
         laws = [law for law in wet.laws.model_dump().values() if isinstance(law, str) and ".py:" in law]
         sources = [read_bytes(Path(law.rpartition(":")[0]), CURE).decode("latin-1") for law in laws]
         script, point = identity.of(str(self.file.resolve())), identity.of(texts, wet.model_dump(mode="json"), sources)
-        return Built(f"script-{script}-{point}", Given(wet, filled_in))
+        copied = {name: files[name] for name in texts if _below(Path(name))}
+        return Built(f"script-{script}-{point}", Given(line, wet, copied, folders))
 
     def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
         if ranks > 1:
@@ -122,17 +154,14 @@ class OfScript(Kind):
                 f"{self.file.name} was to run on {ranks} ranks; expected 1: a sweep runs its scripts on one rank",
                 code="sweep.script_ranks", key="ranks", given=ranks, expected=1, where=self.file,
             )  # fmt: skip
-        line, work = self._read[0], folder / WORK
+        given, work = built.given, folder / WORK
         shutil.rmtree(work, ignore_errors=True)  # left by a call that was killed: a script has no checkpoint
-        for name, content in built.given.files.items():
+        liquid = yaml.safe_dump(given.wet.model_dump(mode="json", exclude_none=True)).encode()
+        for name, text in (given.files | {str(given.line.liquid): liquid}).items():
             make_folder((work / name).parent)
-            (work / name).write_bytes(content)
-        for name in self._folders():
+            (work / name).write_bytes(text)
+        for name in given.folders:
             make_folder(work / name)
-        make_folder((work / line.liquid).parent)
-        (work / line.liquid).write_text(yaml.safe_dump(built.given.wet.model_dump(mode="json", exclude_none=True)))
-        with chdir(work):
-            log = work / self._tables(scan(Path(self.file.name)).line)  # the point's variables may name another
         command = [sys.executable, "-P", "-m", "pywet.cli.app", "liggghts", "-in", self.file.name]
         status, usage = process.attend(command, work, process.surroundings(python=True), lambda: None)
         if status:
@@ -141,6 +170,7 @@ class OfScript(Kind):
                 f"{self.file.name}: {process.last_words(printed, status)}",
                 code="sweep.script_ended", given=status, where=self.file,
             )  # fmt: skip
+        log = work / given.line.log
         last = script_folder.ledger(log).iloc[-1]
         ended = script_folder.ended_at_step(log)
         if ended != last["step"]:
@@ -156,12 +186,6 @@ class OfScript(Kind):
         write_json(folder / "summary.json", found)
         return found
 
-    def _folders(self) -> set[str]:
-        """Return the folders below the script's to which it writes."""
-        with chdir(self.file.parent):
-            words = [Path(word) for row in commands(Path(self.file.name)) for word in row[1:] if "/" in word]
-            return {str(word.parent) for word in words if word.parent.is_dir() and _below(word)}
-
     def cost(self, built: Built) -> Cost:
         return costs.UNKNOWN
 
@@ -173,18 +197,48 @@ class OfScript(Kind):
         return folder / WORK
 
 
-def _named(script: Path) -> Iterator[str]:
-    """Yield the files below the current folder that a script names, and those of files that it includes."""
-    for command, *words in commands(script):
-        for word in () if command in WRITES else words:
-            path = Path(word)
-            if not path.is_absolute() and path.is_file():
-                if not _below(path):
+def _named(script: Path, rows: Iterable[list[str]]) -> Iterator[str]:
+    """Yield the files that the commands of a script name, seen from the current folder, except those of its results."""
+    for row in rows:
+        words = () if row[0] == "shell" or _written(row) else row[1:]
+        for name in (name for word in words if "$" not in word or "." in word for name in _there(word)):
+            path = Path(name)
+            if path.is_file():
+                if not path.is_absolute() and not _below(path):
                     raise ConfigError(
-                        f"{script} names {word}; expected its files below its folder, or given by absolute paths",
-                        code="sweep.script_file", file=script, given=word,
+                        f"{script} names {name}; expected its files below its folder, or given by absolute paths",
+                        code="sweep.script_file", file=script, given=name,
                     )  # fmt: skip
-                yield word
+                yield name
+
+
+def _there(word: str) -> list[str]:
+    """Return the files and folders with this path; variables whose values only the engine knows stand for any text."""
+    pattern = NAME.sub("*", glob.escape(word))
+    return glob.glob(pattern) if pattern.strip("*") else []
+
+
+def _written(row: list[str]) -> list[str]:
+    """Return the result files that a command writes."""
+    match row:
+        case ["dump", _, _, _, _, file, *_] | ["write_dump", _, _, file, *_]:
+            return [file]
+        case ["log" | "write_data" | "write_restart", file, *_]:
+            return [file]
+        case ["restart", _, *files]:
+            return files
+        case ["print", *more] | ["fix", _, _, *more] if row[0] == "print" or "".join(more[:1]).startswith(LOGGING):
+            return [file for key, file in pairwise(more) if key in ("file", "append")]
+    return []
+
+
+def _folders(rows: Iterable[list[str]]) -> Iterator[str]:
+    """Yield the folders of the results of a script, and existing ones that it names, below the current folder."""
+    for row in rows:
+        yield from (folder for word in _written(row) if "$" not in (folder := str(Path(word).parent)))
+        parents = [word.rpartition("/")[0] for word in row[1:]]
+        there = [Path(name) for parent in parents for name in _there(parent)]
+        yield from (str(path) for path in there if path.is_dir() and _below(path))
 
 
 def _below(path: Path) -> bool:

@@ -15,6 +15,7 @@ import pytest
 from pywet import stages
 from pywet.cases.screening import verdict
 from pywet.cases.script import folder as script_folder
+from pywet.cases.script.wet import Line
 from pywet.config import dotted_keys
 from pywet.engines import process
 from pywet.sweep import (
@@ -75,10 +76,8 @@ def killed() -> None:
 
 def script(folder: Path, status: int) -> None:
     """Run a script whose engine ends with this status, at a step that is no output."""
-    kind = SimpleNamespace(
-        file=Path("in.script"), _read=[SimpleNamespace(liquid=Path("wet.yaml"), log=Path("wet"))], _folders=set
-    )
-    given = SimpleNamespace(files={}, wet=SimpleNamespace(model_dump=lambda **_: {}))
+    kind, wet = SimpleNamespace(file=Path("in.script")), SimpleNamespace(model_dump=lambda **_: {})
+    given = script_base.Given(Line("wet", Path("wet.yaml")), wet, files={}, folders=set())  # type: ignore[arg-type]
 
     def attend(_: object, work: Path, *__: object) -> tuple[int, None]:
         (work / process.OUTPUT).write_text("ERROR: Illegal fix command\n")
@@ -91,18 +90,12 @@ def script(folder: Path, status: int) -> None:
         script_base.OfScript.run(kind, SimpleNamespace(given=given), folder, 1)  # type: ignore[arg-type]
 
 
-def of_a_script(folder: Path, line: str) -> None:
-    scripts.write(folder, line=line)
-    asked(folder, {**WALL, "base": {"script": "in.script"}, "axes": {"liquid.percent": [1.0]}, "gather": ["ruptures"]})
-
-
-def names_above(folder: Path) -> None:
+def of_a_script(folder: Path, more: str) -> None:
     written(folder, "")
     (folder / "mine").mkdir()
-    written(folder / "mine", "read_data ../file\n", "in.script")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder / "mine")
-        list(script_base._named(Path("in.script")))
+    scripts.write(folder / "mine", line=f"{scripts.LINE}{more}")
+    axes = {"liquid.percent": [1.0]}
+    asked(folder, {**WALL, "base": {"script": "mine/in.script"}, "axes": axes, "gather": ["ruptures"]})
 
 
 def case(folder: Path, same: bool) -> None:
@@ -151,11 +144,11 @@ def mistakes() -> dict[str, Call]:
         ),
         "sweep.objections": lambda folder: case(folder, True),
         "sweep.script_ended": lambda folder: script(folder, 1),
-        "sweep.script_file": names_above,
+        "sweep.script_file": lambda folder: of_a_script(folder, "\nread_data ../file"),
         "sweep.script_liquid": lambda folder: script(folder, 0),
-        "sweep.script_log": lambda folder: of_a_script(folder, f"{scripts.LINE} log ../wet"),
         "sweep.script_ranks": lambda folder: script_base.OfScript.run(
             SimpleNamespace(file=Path("in.script")), None, folder, 2  # type: ignore[arg-type]
         ),
+        "sweep.script_shared": lambda folder: of_a_script(folder, " log ../wet"),
         "sweep.stage_failed": lambda folder: case(folder, False),
     }  # fmt: skip

@@ -42,7 +42,7 @@ def test_a_point_has_the_fingerprint_that_pywet_run_gives_it(tmp_path: Path) -> 
 def test_configured_ranks_count_unless_others_are_given(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, given: int | None, used: int
 ) -> None:
-    """Each run starts as many ranks, and needs their memory; other bases have one."""
+    """Each run starts as many ranks, and needs their memory or that of its replay; other bases have one rank."""
     shutil.copytree(CONFIG, folder := tmp_path / "config")
     text = (folder / "config.yaml").read_text()
     (folder / "config.yaml").write_text(text.replace("ranks: 1", "ranks: 2"))
@@ -50,8 +50,9 @@ def test_configured_ranks_count_unless_others_are_given(
     monkeypatch.setattr(OfCase, "run", lambda kind, built, run, ranks: started.append(ranks) or {})
     running.carry_out(of, of.runs, ranks=given)
     assert started == [used] * 4
-    more = [plan.kind.cost(plan.runs[0].built).memory_B for plan in (of, asked(tmp_path))]
-    assert more[0] - more[1] == pytest.approx(needs.RANK_B)
+    need = needs.need(settings.load(CONFIG), 2, "smoke", ranks=2)
+    memory = [plan.kind.cost(plan.runs[2].built).memory_B for plan in (of, asked(tmp_path))]
+    assert memory == [need.memory_B, need.replay_B]  # the job also replays, which takes more memory than one rank
     assert plan.read(write(tmp_path, WALL), tmp_path / "w", tmp_path / "store").kind.ranks == 1
 
 
@@ -85,12 +86,13 @@ def test_a_key_of_any_file_of_the_configuration_is_an_axis(tmp_path: Path, axis:
         ({"axes": {"materials.spheres.POM.contact_angle_deg": [95]}}, "case.not_wetted", ""),
         ({"axes": {"scale.stiffnes_factor": [0.1]}}, "config.unknown_key", ""),
         ({"axes": {"laws.capillary": ["wilett"]}}, "law.not_of_kind", "wilett"),
-        ({"axes": {"scale": ["smoke", "reduced"]}}, "config.inconsistent", "the axis scale does not change a run of case 2; "),
+        ({"axes": {"scale": ["smoke", "reduced"]}}, "config.inconsistent", "axis scale cannot be varied in a sweep of case 2; "),
         ({"axes": {"config.scale": ["reduced"]}}, "config.inconsistent", "expected scale in base"),
         ({"axes": {"scales.scales.reduced.duration_s": [2.0]}}, "config.inconsistent", "expected a key of scale smoke"),
         ({"axes": {"config.yaml: cases 0": [3]}}, "config.inconsistent", "expected case in base"),
         ({"axes": {"case.case": [3]}}, "config.inconsistent", "expected case in base"),
         ({"axes": {"seeds": [1, 2]}}, "config.inconsistent", "expected the key seeds of the sweep"),
+        ({"axes": {"config.seed": [1, 2]}}, "config.inconsistent", "expected the key seeds of the sweep"),
         ({"axes": {"ranks": [1, 2]}}, "config.inconsistent", "expected the option --ranks"),
         ({"axes": {"both_presets": [True]}}, "config.inconsistent", "expected the axis laws.preset"),
         ({"base": {**CASE["base"], "case": 99}}, "config.unknown_name", "case 99"),
@@ -107,7 +109,6 @@ def test_a_mistake_in_a_case_is_one_sentence(tmp_path: Path, changes: dict[str, 
 
 
 def test_cost_is_that_of_the_plan_and_disk_counts_every_run(tmp_path: Path) -> None:
-    from pywet.cost import needs
     from pywet.sweep.costs import FILES_B, FINISHING_S, FINISHING_S_PER_B
 
     of = asked(tmp_path)

@@ -14,6 +14,7 @@ import pywet
 from pywet import shipped
 from pywet.cases.custom.building import Building
 from pywet.config.dotted_keys import dotted, filled, holds
+from pywet.cost import needs
 from pywet.errors import ConfigError
 from pywet.sweep import constraints, costs, plan, points, run_numbers
 from pywet.sweep.description import Axis
@@ -25,6 +26,8 @@ BAD: list[tuple[dict[str, Any], str, str]] = [
     ({"base": None}, "config.value", ""),
     ({"base": {"script": "in.liggghts"}}, "file.unread", ""),
     ({"base": {"wall": "a.json", "seed": "s"}}, "config.inconsistent", "expected seed with a script only"),
+    ({"base": {"script": "in.script", "seed": "s"}, "axes": {"script.s": [3, 5]}, "seeds": 2}, "config.inconsistent",
+     "expected the key seeds in place of the axis script.s, which is the seed in base"),
     ({"base": {"wall": "a.json", "bridge": "b.json"}}, "config.inconsistent",
      "at most one of case, scene, script, wall, bridge, not wall and bridge"),
     ({"base": {}}, "config.inconsistent", "expected one of case, scene, script, wall, bridge"),
@@ -204,11 +207,13 @@ def test_the_first_sweep_of_the_documentation_is_checked_as_a_new_user_does(tmp_
 
 @pytest.mark.parametrize(("name", "outputs"), [("deck", 125), ("drum", 50)])
 def test_the_prediction_has_the_outputs_of_the_run(name: str, outputs: int) -> None:
-    """A deck of 2.5 s stores an output every 0.02 s, as it has outlets; a drum fifty."""
+    """A deck of 2.5 s stores an output every 0.02 s, as it has outlets; a drum fifty. The memory is that of the replay."""
     scene = pywet.read_scene(EXAMPLES / "scenes" / f"{name}.yaml")
     asked = scene.results.model_copy(update={"interval_s": scene.duration_s / outputs})
     assert scene.results.interval_s is None and len(Building(scene).scene().output_steps) == 1 + outputs
-    assert costs.of_scene(Building(scene)) == costs.of_scene(Building(scene.with_(results=asked)))
+    cost, spheres = costs.of_scene(Building(scene)), sum(c.count for c in Building(scene).classes)
+    assert cost == costs.of_scene(Building(scene.with_(results=asked)))
+    assert cost.memory_B == needs.REPLAY_B + needs.REPLAY_SPHERE_B * spheres
 
 
 def test_results_of_a_deck_have_names() -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -25,22 +25,33 @@ DEEPEST = 16
 
 @dataclass(frozen=True)
 class Found:
-    """Script as read: its line of fix pywet and its liquid, errors, all commands."""
+    """Script as read: its line of fix pywet and its liquid, errors, all commands, and the variables at its end."""
 
     line: Line
     wet: Wet
     problems: tuple[PywetError, ...]
     rows: tuple[list[str], ...]
+    variables: Variables
 
 
-def commands(path: Path, depth: int = 0, variables: Variables | None = None) -> Iterator[list[str]]:
-    """Yield the words of every command of a script and its included files, with the values of `variables` if given."""
+def content(path: Path) -> bytes:
+    """Return a script."""
+    return read_bytes(path, "a script of LIGGGHTS")
+
+
+def commands(
+    path: Path, depth: int = 0, variables: Variables | None = None, read: Callable[[Path], bytes] = content
+) -> Iterator[list[str]]:
+    """Yield the words of every command of a script and its included files, with the values of `variables` if given.
+
+    `read` returns the content of each file.
+    """
     if depth > DEEPEST:
         raise FileError(
             f"{path} is included by files that include one another; expected none that includes itself",
             path=path, code="wet.includes",
         )  # fmt: skip
-    text = read_bytes(path, "a script of LIGGGHTS").decode(errors="replace")
+    text = read(path).decode(errors="replace")
     for row in re.sub(r"&[ \t\r]*\n", " ", text).splitlines():
         words = _words(row)
         if variables:
@@ -49,7 +60,7 @@ def commands(path: Path, depth: int = 0, variables: Variables | None = None) -> 
         if words:
             yield words
         if words[:1] == ["include"] and len(words) == 2 and "$" not in words[1]:
-            yield from commands(Path(words[1]), depth + 1, variables)
+            yield from commands(Path(words[1]), depth + 1, variables, read)
         elif words:
             for inner in filter(None, map(_words, _hidden(words))):
                 if variables:
@@ -83,9 +94,15 @@ def meshes_of(words: list[str]) -> list[str]:
     return words[first : first + int(number[0])] if number and number[0].isdigit() else []
 
 
-def scan(path: Path, words: Sequence[str] = (), engine: str = "liggghts") -> Found:
-    """Read script and liquid; paths are relative to the current folder, as for the engine. `words`: engine options."""
-    rows = list(commands(path, variables=Variables(words)))
+def scan(
+    path: Path, words: Sequence[str] = (), engine: str = "liggghts", read: Callable[[Path], bytes] = content
+) -> Found:
+    """Read script and liquid; paths are relative to the current folder, as for the engine.
+
+    `words`: engine options; `read` returns the content of each file.
+    """
+    variables = Variables(words)
+    rows = list(commands(path, variables=variables, read=read))
     lines = [k for k, words in enumerate(rows) if words[0] == "fix" and words[3:4] == [STYLE]]
     if len(lines) != 1:
         raise refusal("wet.two_lines", len(lines)) if lines else refusal("wet.no_line", str(path))
@@ -99,7 +116,7 @@ def scan(path: Path, words: Sequence[str] = (), engine: str = "liggghts") -> Fou
         problems += _of_lammps(rows)
     if any(words[0] == "clear" for words in rows):
         problems.append(refusal("wet.clear"))
-    return Found(wet_line, wet, tuple(problems), tuple(rows))
+    return Found(wet_line, wet, tuple(problems), tuple(rows), variables)
 
 
 def _before(rows: list[list[str]], wet: Wet) -> Iterator[PywetError]:
