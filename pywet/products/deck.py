@@ -224,7 +224,7 @@ class Deck(Mesh):
         found = {
             "diameter_mm": deck.wire_mm, "pitch_mm": deck.pitch_mm, "count": count, "axis": axis,
             "length_mm": self.length_mm if axis == "x" else self.width_mm,
-            "origin_mm": (middle, 0.0, height - 0.5 * deck.thick_mm), "unusual": deck.unusual,
+            "origin_mm": (middle, 0.0, height - 0.5 * deck.thick_mm), "unusual": deck.unusual or self.unusual,
         }  # fmt: skip
         if deck.mesh != "woven":
             return found
@@ -243,7 +243,7 @@ class Deck(Mesh):
         return {
             "hole_mm": deck.aperture_mm, "pitch_mm": deck.pitch_mm, "length_mm": self.length_mm, "width_mm": self.width_mm,
             "columns": max(1, columns), "thickness_mm": deck.thick_mm, "hole": deck.mesh.removeprefix("punched_"),
-            "staggered": staggered, "origin_mm": (0.5 * self.length_mm, 0.0, height),
+            "staggered": staggered, "origin_mm": (0.5 * self.length_mm, 0.0, height), "unusual": deck.unusual or self.unusual,
         }  # fmt: skip
 
     def punching(self, deck: Mesh) -> Punching:

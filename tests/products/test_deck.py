@@ -69,12 +69,14 @@ def test_an_unusual_wire_or_feed_is_accepted_with_its_reason() -> None:
     box = {"low_mm": (0, 0, 1), "high_mm": (1, 1, 2)}
     psd = {"log_normal": {"median_mm": 0.02, "sigma": 0.5}, "smallest_mm": 0.005}
     dust = {"name": "dust", "material": "glass", "psd": psd, "mass_g": 1e-6, "box": box}
-    for deck, feed in ((mesh, []), (None, [dust])):
+    plate = {**mesh, "mesh": "punched_square", "width_mm": 0.5}
+    for deck, feed in ((mesh, []), (plate, []), (None, [dust])):
         with raises_code("config.implausible"):
             Scene(**beads(deck=deck, feed=feed)).in_full()
     why = {"unusual": "a microsieve"}
     scene = Scene(**beads(deck={**mesh, **why}, feed=[{**dust, **why}])).in_full()
     assert scene.walls[0].bars and scene.walls[0].bars.diameter_mm == 0.005
+    assert Scene(**beads(deck={**plate, **why})).in_full().walls[0].punched
     assert min(s.diameter_mm for s in scene.spheres) < 0.01
 
 

@@ -26,7 +26,7 @@ from pywet.products.until import Until
 from pywet.scene import Across, NonNegative, Positive, Profile, Title, Vector
 from pywet.schema import column
 from pywet.util.notices import notice
-from pywet.util.ranges import OF_BODIES
+from pywet.util.ranges import OF_BODIES, Range
 
 WALLS = "walls"
 """Name of all walls in a contact; walls are one material in the engine."""
@@ -114,7 +114,7 @@ class Liquid(Excusable):
 class Cylinder(Excusable):
     """An upright cylinder; `origin_mm` is the middle of its lower end."""
 
-    RANGED: ClassVar = OF_BODIES
+    RANGED: ClassVar[dict[str, Range]] = OF_BODIES
 
     diameter_mm: Positive
     """Diameter of the region."""

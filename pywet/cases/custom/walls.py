@@ -23,7 +23,7 @@ from pywet.geometry.stl import corners_in
 from pywet.geometry.surface import Floats, Motion, Surface, make_surface
 from pywet.scene import IDENTIFIER, NonNegative, Positive, Rotation, Slide, Title, Vector, Vibration
 from pywet.util.notices import notice
-from pywet.util.ranges import OF_BODIES
+from pywet.util.ranges import OF_BODIES, Range
 
 MM = 1e-3
 EngineMotion = Vibration | Rotation | Slide
@@ -103,7 +103,7 @@ class Tube(Excusable):
 class Disc(Excusable):
     """A round plate, such as the lid of a drum; `origin_mm` is the middle of its lower face."""
 
-    RANGED: ClassVar = OF_BODIES
+    RANGED: ClassVar[dict[str, Range]] = OF_BODIES
 
     diameter_mm: Positive
     """Diameter, between opposite faces."""
