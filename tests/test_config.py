@@ -269,6 +269,18 @@ def _rename(*path: str | int, to: str) -> Edit:
     return edit
 
 
+def _twice(*path: str) -> Edit:
+    """Another first entry, like the last one."""
+
+    def edit(data: Any) -> None:
+        for key in path:
+            data = data[key]
+        data.insert(0, data[-1])
+
+    return edit
+
+
+LISTS = [("contacts",), ("screens",), ("motion", "strokes"), ("spheres", "POM", "sizes")]
 SIZE = ("spheres", "POM", "sizes", 1)
 BAD = {
     "materials.yaml": {
@@ -317,6 +329,7 @@ BAD = {
             "config.inconsistent",
             "",
         ),
+        **{f"twice in {'.'.join(path)}": (_twice(*path), "config.inconsistent", "") for path in LISTS},
     },
     "scales.yaml": {
         "unknown shape": (

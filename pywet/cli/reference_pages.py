@@ -72,20 +72,20 @@ def scene() -> str:
     classes = [c for c in (getattr(pywet, name) for name in pywet.__all__) if hasattr(c, "model_json_schema")]
     lines = [SCENE]
     for one in sorted(classes, key=lambda c: (c.__name__ != "Scene", c.__name__)):
-        lines += [f"\n## {one.__name__}\n", *_scene_table(one.model_json_schema())]
+        lines += [f"\n## {one.__name__}\n", *_scene_table(one)]
     return "\n".join(lines) + "\n"
 
 
-def _scene_table(schema: dict[str, Any]) -> Iterator[str]:
+def _scene_table(group: Any) -> Iterator[str]:
     from pywet.schema import unit_of
-    from pywet.util.ranges import LIMITS as USUAL
 
+    schema, usual = group.model_json_schema(), group.RANGED
     yield schema.get("description", "").replace("\n", " ")
     yield "\n| key | what | unit | default | range |\n|---|---|---|---|---|"
     for key, value in schema["properties"].items():
         message = value.get("description", "").replace("\n", " ").replace("|", "\\|")
         default = f"`{json.dumps(value['default'])}`" if "default" in value else "needed"
-        limits = str(USUAL[key]) if key in USUAL else " ".join(_limits(value))
+        limits = str(usual[key]) if key in usual else " ".join(_limits(value))
         kind = f"{_kind(value, limited=False)}{': ' if message else ''}{message}"
         yield f"| `{key}` | {kind} | {unit_of(key)} | {default} | {limits} |"
 

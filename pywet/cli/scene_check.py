@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pywet.cases.custom.building import Building, feeds
 from pywet.cases.custom.description import Scene
 from pywet.cost.command import duration
+from pywet.engines.schedule import early_end
 from pywet.scene import EngineScene
 from pywet.sweep.costs import of_scene
 
@@ -29,6 +30,7 @@ def lines(scene: Scene, reasons: bool = False) -> list[str]:
         *feeds(scene, built.classes),
         *(made.plan.lines if reasons else [*made.plan.table, *made.plan.hint]),
         *made.warnings,
+        *early_end(built),
         *_deck(scene, built),
     ]
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
@@ -10,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from pywet.scene import NonNegative, Positive
 from pywet.strict import Computable, Strict, refuse
-from pywet.util.ranges import LIMITS
+from pywet.util.ranges import LIMITS, Range
 
 Why = Annotated[str, Field(min_length=1)] | None
 """Reason for a value outside the range of its key."""
@@ -20,13 +21,13 @@ class Limited(Computable):
     """Group of keys whose numbers are within their plausible ranges or have a reason under `unusual`."""
 
     MOST: ClassVar[float] = 1e15
-    RANGED: ClassVar[Container[str]] = LIMITS
+    RANGED: ClassVar[Mapping[str, Range]] = LIMITS
 
     @model_validator(mode="after")
     def _plausible(self) -> Self:
         wrong = []
         for name, given in self:
-            limits, reservoir = LIMITS.get(name), given if isinstance(given, BaseModel) else self
+            limits, reservoir = self.RANGED.get(name), given if isinstance(given, BaseModel) else self
             value = getattr(given, "value", given)
             if limits is None or not isinstance(value, (int, float)) or value in limits:
                 continue
@@ -46,6 +47,18 @@ class Excusable(Limited):
 
     unusual: Why = None
     """Reason for a number outside the plausible range of its key."""
+
+
+def only(of: BaseModel, how: str, met: bool, *keys: str) -> None:
+    """Refuse keys that are given although the condition is not met under which they have an effect."""
+    given = [key for key in keys if key in of.model_fields_set and getattr(of, key) is not None]
+    if given and not met:
+        raise ValueError(f"{' and '.join(given)} only {how}")
+
+
+def doubled(what: str, keys: Iterable[str]) -> list[str]:
+    """Return a mistake for each key of several entries of a list, of which a look-up would find the first."""
+    return [f"{what} ({key} is there {n} times)" for key, n in sorted(Counter(keys).items()) if n > 1]
 
 
 class Sourced(Strict):

@@ -18,6 +18,7 @@ from pywet.config.entries import (
     PoissonEntry,
     PositiveEntry,
     RatioEntry,
+    doubled,
 )
 from pywet.errors import ConfigError
 from pywet.strict import Strict
@@ -200,6 +201,19 @@ class Materials(Limited):
                 raise ValueError(f"wall_materials.{part} to name one of {_listed(self.walls)}, not {choice.material}")
         if self.feed.reference_material not in self.spheres:
             raise ValueError(f"feed.reference_material to name one of {_listed(self.spheres)}")
+        return self
+
+    @model_validator(mode="after")
+    def _each_once(self) -> Materials:
+        wrong = doubled("contacts of different materials", (f"{c.sphere} with {c.partner}" for c in self.contacts))
+        lists: list[tuple[str, str, Sequence[Limited]]] = [
+            ("screens", "aperture_mm", self.screens), ("motion.strokes", "set_amplitude_mm", self.motion.strokes),
+            *((f"spheres.{name}.sizes", "diameter_mm", one.sizes) for name, one in self.spheres.items()),
+        ]  # fmt: skip
+        for where, key, rows in lists:
+            wrong += doubled(f"{where} of different {key}", (f"{getattr(row, key).value:.9g}" for row in rows))
+        if wrong:
+            raise ValueError("; ".join(wrong))
         return self
 
     def sphere(self, material: str) -> SphereMaterial:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from pywet.config.entries import Limited, RatioEntry
+from pywet.config.entries import Limited, RatioEntry, doubled
 from pywet.config.readings import Readings
 from pywet.law_names import LawName, Laws
 from pywet.laws import custom_laws
@@ -118,9 +117,8 @@ class Settings(Limited):
 
     @model_validator(mode="after")
     def _each_once(self) -> Settings:
-        number, times = Counter(self.cases).most_common(1)[0]
-        if times > 1:
-            raise ValueError(f"each case once in cases ({number} is there {times} times)")
+        if wrong := doubled("each case once in cases", map(str, self.cases)):
+            raise ValueError("; ".join(wrong))
         return self
 
     @model_validator(mode="after")

@@ -24,6 +24,8 @@ SKIPPED = 2.0
 """Longest time of a sphere in an outlet, in intervals between checkpoints: one within a sampling window is skipped."""
 OUTLET_EVERY_S = 0.02
 """Longest time [s] between removals at outlets: at 1 m/s a sphere falls at most 2 cm beyond the outlet's plane."""
+EARLY = 0.02
+"""Share of a run after its last output from which it is reported: the default interval, so that rounding to steps is not."""
 Window = tuple[int, int]
 """Half-open range of steps: the first step, and the step after the last."""
 
@@ -119,6 +121,18 @@ def created(scene: EngineScene, enters: np.ndarray) -> np.ndarray:
         return np.zeros_like(enters)
     ahead = max(every, round(scene.created_ahead_s / scene.time_step_s))
     return every * -(-np.maximum(enters - ahead, 0) // every)
+
+
+def early_end(scene: EngineScene) -> list[str]:
+    """Return a warning if the last output, whose numbers are reported as those at the end, is well before it."""
+    last = scene.output_steps[-1]
+    if scene.steps - last <= EARLY * scene.steps:
+        return []
+    last_s, end_s = last * scene.time_step_s, scene.steps * scene.time_step_s
+    return [
+        f"the last output is at {last_s:.3g} s of {end_s:.3g} s, and numbers at the end are its: set an output interval that "
+        "divides the duration"
+    ]
 
 
 def drop_every(scene: EngineScene) -> int:

@@ -45,6 +45,11 @@ def read_cad(
         if shell_m is None:
             raise PywetError(mesh.not_closed(), code="stl.not_closed", where=path)
         mesh.thicken(shell_m)
+    elif shell_m is not None:
+        raise PywetError(
+            f"{path} is closed, so that shell_thickness_mm has no effect; expected an open shell, or no shell_thickness_mm",
+            code="stl.closed", where=path,
+        )  # fmt: skip
     mesh.outward()
     mesh.part_bodies()
     return mesh.points[mesh.triangles], changes
@@ -72,6 +77,7 @@ class _Mesh:
 
     def clean(self) -> None:
         """Remove facets of zero area, repeated ones and pairs of opposite facets within touching solids."""
+        self._divide_neighbours()
         self._keep(self._area() > 0.0, "facets without area")
         ordered = np.sort(self.triangles, axis=1)
         _, first, group, count = np.unique(ordered, axis=0, return_index=True, return_inverse=True, return_counts=True)
@@ -87,6 +93,29 @@ class _Mesh:
             if doubled:
                 self.changes.append(f"removed {doubled} repeated facets")
             self.triangles = self.triangles[keep]
+
+    def _divide_neighbours(self) -> None:
+        """Divide facets at a corner of a facet without area on their edge, if removing that facet opened the surface."""
+        flat, count = set(np.flatnonzero(self._area() == 0.0).tolist()), 0
+        while done := {face for face in flat if self._divide_neighbour(face, flat)}:
+            flat, count = flat - done, count + len(done)
+        if count:
+            self.changes.append(f"divided {count} facets at the corner of a facet without area")
+
+    def _divide_neighbour(self, face: int, flat: set[int]) -> bool:
+        """Divide the neighbour at the longest edge of a facet, which becomes its other part; False if there is none."""
+        corners = self.points[self.triangles[face]]
+        longest = int(np.argmax(np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)))
+        a, b, middle = np.roll(self.triangles[face], -longest).tolist()
+        of_a, of_b, of_middle = ((self.triangles == point).any(axis=1) for point in (a, b, middle))
+        others = np.setdiff1d(np.flatnonzero(of_a & of_b), [face])
+        closes = min((of_a & of_middle).sum(), (of_b & of_middle).sum()) > 1
+        if len({a, b, middle}) < 3 or not closes or len(others) != 1 or int(others[0]) in flat:
+            return False
+        whole = self.triangles[others[0]].copy()
+        self.triangles[face] = np.where(whole == a, middle, whole)
+        self.triangles[others[0]] = np.where(whole == b, middle, whole)
+        return True
 
     def orient(self) -> None:
         """Reverse facets whose neighbours in a body all have the opposite orientation."""

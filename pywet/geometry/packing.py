@@ -77,17 +77,20 @@ def fill(classes: Sequence[SphereClass], region: FeedRegion, seed: int) -> pd.Da
     solid = sum(c.count * 4.0 / 3.0 * math.pi * c.radius_m**3 for c in classes)
     largest = max((c.radius_m for c in classes if c.count), default=0.0)
     available = region.z_high_m - region.z_low_m
-    height = max(solid / (SOLID_FRACTION * region.cross_section), 2.1 * largest)
+    loose = solid / (SOLID_FRACTION * region.cross_section)
+    height = max(loose, 2.1 * largest)
+    if max(loose, 2.0 * SPACING * largest) < available:
+        height = min(height, available)
     generator = np.random.default_rng(seed)
     placed = None
     while placed is None and height <= available and 2.0 * largest < min(region.sides_m):
         placed = _place_all(classes, region, height, generator)
-        height *= GROWTH
+        height = min(GROWTH * height, available) if height < available else GROWTH * height
     if placed is None:
         count = sum(c.count for c in classes)
         raise PywetError(
-            f"{region.name}: {count} spheres ({solid * 1e6:.1f} cm3) do not fit loosely into {available * 1e3:.0f} mm of a "
-            f"{region.shape} {region.width_m * 1e3:.0f} mm wide, expected at least about {height * 1e3:.0f} mm; {region.cure}",
+            f"{region.name}: {count} spheres ({solid * 1e6:.1f} cm3) do not fit loosely into {available * 1e3:.4g} mm of a "
+            f"{region.shape} {region.width_m * 1e3:.4g} mm wide, expected at least about {height * 1e3:.4g} mm; {region.cure}",
             code="packing.crowded", key=region.name, given=count, expected=height,
         )  # fmt: skip
     return placed

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from pywet.config.entries import Excusable
+from pywet.config.entries import Excusable, only
 from pywet.geometry.punched import Punching
 from pywet.products.apertures import CROSS, DECKS, of_deck
 from pywet.scene import Positive, Vector
@@ -44,6 +44,12 @@ class Stroke(Excusable):
     """Short over long axis of an ellipse."""
     forward: bool = True
     """Whether the upper part of a circle or ellipse moves in the direction of transport."""
+
+    @model_validator(mode="after")
+    def _of_its_kind(self) -> Self:
+        only(self, "with kind: elliptic", self.kind == "elliptic", "ratio")
+        only(self, "with kind: circular or elliptic", self.kind != "linear", "forward")
+        return self
 
     def vibrates(self) -> dict[str, Any]:
         """Return amplitude and phase along x and z of the combined oscillation, the short axis a quarter period behind."""
@@ -79,8 +85,7 @@ class Mesh(Excusable):
 
     @model_validator(mode="after")
     def _a_plate(self) -> Self:
-        if self.plate_mm is not None and not self.is_plate:
-            raise ValueError(f"deck: no plate_mm with mesh: {self.mesh}, which has wires")
+        only(self, "with mesh: punched_round or punched_square", self.is_plate, "plate_mm")
         if self.mesh == "punched_round" and self.wire_mm < LEAST_LAND * self.aperture_mm:
             raise ValueError(
                 f"deck: wire_mm of at least {LEAST_LAND * self.aperture_mm:.4g} mm between round holes of "
@@ -219,7 +224,7 @@ class Deck(Mesh):
         found = {
             "diameter_mm": deck.wire_mm, "pitch_mm": deck.pitch_mm, "count": count, "axis": axis,
             "length_mm": self.length_mm if axis == "x" else self.width_mm,
-            "origin_mm": (middle, 0.0, height - 0.5 * deck.thick_mm),
+            "origin_mm": (middle, 0.0, height - 0.5 * deck.thick_mm), "unusual": deck.unusual or self.unusual,
         }  # fmt: skip
         if deck.mesh != "woven":
             return found
@@ -238,7 +243,7 @@ class Deck(Mesh):
         return {
             "hole_mm": deck.aperture_mm, "pitch_mm": deck.pitch_mm, "length_mm": self.length_mm, "width_mm": self.width_mm,
             "columns": max(1, columns), "thickness_mm": deck.thick_mm, "hole": deck.mesh.removeprefix("punched_"),
-            "staggered": staggered, "origin_mm": (0.5 * self.length_mm, 0.0, height),
+            "staggered": staggered, "origin_mm": (0.5 * self.length_mm, 0.0, height), "unusual": deck.unusual or self.unusual,
         }  # fmt: skip
 
     def punching(self, deck: Mesh) -> Punching:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from pywet.config.entries import Excusable
+from pywet.config.entries import Excusable, only
 from pywet.products.size_classes import SizeDistribution, Sizes
 from pywet.scene import Positive
 
@@ -41,6 +41,8 @@ class FeedAmount(Excusable):
             raise ValueError("feed: a mass_g or a rate_t_per_h, one of them")
         if self.rate_of == "moist" and self.moisture_percent is None:
             raise ValueError("feed: a moisture_percent with rate_of: moist")
+        only(self, "with rate_t_per_h", self.rate_t_per_h is not None, "rate_of")
+        only(self, "with moisture_percent", self.moisture_percent is not None, "moisture_of")
         if (self.dry_percent or 0.0) > MOST_PERCENT:
             raise ValueError(f"feed: a moisture of at most {MOST_PERCENT:g} % of the dry mass")
         return self

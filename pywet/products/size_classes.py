@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pywet.config.entries import Excusable
+from pywet.config.entries import Excusable, only
 from pywet.errors import ConfigError, one_line, shown
 from pywet.geometry.surface import Floats
 from pywet.scene import Positive
@@ -96,6 +96,7 @@ class SizeDistribution(Excusable):
         given = [k for k in kinds if getattr(self, k) is not None]
         if len(given) != 1:
             raise ValueError(f"psd: one of {', '.join(kinds)}, not {' and '.join(given) or 'none'}")
+        only(self, "without file", self.file is None, "classes")
         if self.file is None and self.smallest_mm is None:
             raise ValueError("psd: a smallest_mm, below which material is left out")
         return self

@@ -95,6 +95,8 @@ LIMITS: dict[str, Range] = {
     "checkpoints": Range(0, 1000, whole=True),
 }
 """Key -> its range."""
+OF_BODIES = {**LIMITS, "diameter_mm": Range(0.01, 10_000, "mm")}
+"""Ranges of a body or region, which may be wider than any sphere."""
 SCENE: dict[str, Range] = {
     "spheres": Range(1, 1_000_000, whole=True),
     "radius_m": Range(1e-6, 0.1, "m"),

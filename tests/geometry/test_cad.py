@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +50,16 @@ def jitter(size_mm: float) -> np.ndarray:
 
 TURNED = np.concatenate([CUP[:1, ::-1], CUP[1:]])
 POINT = np.concatenate([CUP, [[CUP[0, 0]] * 3]])
+
+
+def with_corners_on_an_edge(count: int) -> np.ndarray:
+    """The cup with points on an edge that only one of its two facets has, and facets without area that close the surface."""
+    a, b, c = CUP[0]
+    on = [a + (b - a) * k / (count + 1) for k in range(count + 2)]
+    parts = [[p, q, c] for p, q in pairwise(on)]
+    return np.concatenate([CUP[1:], parts, [[a, on[k + 1], on[k]] for k in range(1, count + 1)]])
+
+
 LINE = np.concatenate([CUP, [[CUP[0, 0], CUP[0, 1], 0.5 * (CUP[0, 0] + CUP[0, 1])]]])
 
 
@@ -67,6 +78,7 @@ LINE = np.concatenate([CUP, [[CUP[0, 0], CUP[0, 1], 0.5 * (CUP[0, 0] + CUP[0, 1]
         (text(jitter(5e-6)), "joined 68 vertices nearer than 0.02 um", 3e-6),
         (text(POINT), "removed 1 facets without area", 1e-6),
         (text(LINE), "removed 1 facets without area", 1e-6),
+        *((text(with_corners_on_an_edge(n)), f"divided {n} facets at the corner of a facet", 1e-6) for n in (1, 2, 3)),
         (text(np.concatenate([CUP, CUP[3:5]])), "removed 2 repeated facets", 1e-6),
         (text(TURNED), "turned 1 facets that looked the other way", 1e-6),
         (text(CUP[:, ::-1]), "turned 28 facets of a solid that was inside out", 1e-6),
@@ -108,6 +120,8 @@ def test_an_open_shell_is_refused_with_its_places_or_given_its_thickness(tmp_pat
     sheet = np.concatenate([middle[1][0], middle[2][0][:4]])  # the floor and two sides
     with raises_code("stl.not_closed"):
         read(tmp_path, text(sheet))
+    with raises_code("stl.closed", says="shell_thickness_mm has no effect"):
+        read(tmp_path, text(CUP), shell_m=1e-3)
     surface, changes = read(tmp_path, text(sheet), shell_m=1e-3)
     assert "made its open shell a wall of 1 mm" in changes
     low, high = 1e3 * surface.vertices.min(axis=0), 1e3 * surface.vertices.max(axis=0)

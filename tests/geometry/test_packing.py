@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -10,7 +11,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from pywet.cases.small.bodies import sphere_classes
-from pywet.geometry import FeedRegion, fill
+from pywet.geometry import FeedRegion, fill, packing
 from pywet.scene import SphereClass
 from tests.error_codes import raises_code
 
@@ -62,6 +63,23 @@ def test_classes_are_mixed() -> None:
 
 def test_no_spheres_at_all() -> None:
     assert len(fill(sphere_classes(0.002, counts=0), SMOKE, 1)) == 0
+
+
+@pytest.mark.parametrize("high_m", [0.00301, 0.0031, 0.00315, 0.0033])
+def test_a_region_hardly_higher_than_a_sphere_is_filled(high_m: float) -> None:
+    """5 spheres of 3 mm take 1 % of the area; one as high as they are refuses them, and names a height at which they fit."""
+    classes, region = sphere_classes(0.0015, counts=5), FeedRegion("square", 0.06, 0.0, high_m)
+    check(fill(classes, region, 1), classes, region)
+    with raises_code("packing.crowded", says="into 2.99 mm of .* at least about 3.15 mm"):
+        fill(classes, replace(region, z_high_m=0.00299), 1)
+
+
+def test_the_last_height_that_is_tried_is_that_of_the_region(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[float] = []
+    monkeypatch.setattr(packing, "_place_all", lambda classes, region, height, _: tried.append(height))
+    with raises_code("packing.crowded"):
+        fill(COARSE, SMOKE, 1)
+    assert len(tried) > 2 and tried[-1] == SMOKE.z_high_m - SMOKE.z_low_m
 
 
 @pytest.mark.parametrize("classes", [sphere_classes(0.0025, counts=3000), sphere_classes(0.03)])

@@ -63,6 +63,23 @@ def test_an_unusual_stroke_is_accepted_with_its_reason() -> None:
     assert {wall.vibrates.frequency_Hz for wall in scene.walls if wall.vibrates} == {1200}
 
 
+def test_an_unusual_wire_or_feed_is_accepted_with_its_reason() -> None:
+    """The reason holds for the walls and spheres that are made of it."""
+    mesh = {**DECK, "aperture_mm": 0.05, "wire_mm": 0.005, "length_mm": 1, "width_mm": 1}
+    box = {"low_mm": (0, 0, 1), "high_mm": (1, 1, 2)}
+    psd = {"log_normal": {"median_mm": 0.02, "sigma": 0.5}, "smallest_mm": 0.005}
+    dust = {"name": "dust", "material": "glass", "psd": psd, "mass_g": 1e-6, "box": box}
+    plate = {**mesh, "mesh": "punched_square", "width_mm": 0.5}
+    for deck, feed in ((mesh, []), (plate, []), (None, [dust])):
+        with raises_code("config.implausible"):
+            Scene(**beads(deck=deck, feed=feed)).in_full()
+    why = {"unusual": "a microsieve"}
+    scene = Scene(**beads(deck={**mesh, **why}, feed=[{**dust, **why}])).in_full()
+    assert scene.walls[0].bars and scene.walls[0].bars.diameter_mm == 0.005
+    assert Scene(**beads(deck={**plate, **why})).in_full().walls[0].punched
+    assert min(s.diameter_mm for s in scene.spheres) < 0.01
+
+
 @pytest.mark.parametrize("mesh", ["square", "slotted"])
 @pytest.mark.parametrize("width", [30.0, 33.0])
 def test_no_gap_is_wider_than_an_aperture(mesh: str, width: float) -> None:
@@ -350,7 +367,7 @@ def test_wires_of_a_woven_deck_touch_and_do_not_cut() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"plate_mm": 2}, "no plate_mm with mesh: square, which has wires"),
+        ({"plate_mm": 2}, "plate_mm only with mesh: punched_round or punched_square"),
         (
             {"mesh": "punched_square", "periodic": True},
             "mesh square, woven or slotted with periodic, not punched_square",

@@ -120,7 +120,7 @@ def feed(**changes: Any) -> dict[str, Any]:
         "insertion": {"for_s": 0.5}, **changes,
     }  # fmt: skip
     given["psd"] = {"classes": 3, **given["psd"]}
-    return beads(duration_s=1.0, spheres=[], feed=[given], liquid={})
+    return beads(duration_s=1.0, spheres=[], feed=[given], liquid={"percent": 0})
 
 
 @pytest.mark.parametrize(

@@ -142,7 +142,8 @@ SOLIDS = {
 def hertzian(folder: Path, walls: str | None = "steel") -> Path:
     """Hertz contacts of glass beads in a cup of steel, or of glass."""
     given = beads(contact="hertz", materials=SOLIDS if walls else {"glass": SOLIDS["glass"]}, wall_material=walls)
-    building.write(Scene(**given), folder)
+    contacts = [{"between": ["glass", walls]}] if walls else []
+    building.write(Scene(**given, contacts=contacts), folder)
     return folder
 
 

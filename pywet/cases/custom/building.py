@@ -34,7 +34,7 @@ from pywet.cases.small import bodies
 from pywet.config.loading import placed_laws
 from pywet.config.messages import mistake
 from pywet.engines.liggghts.deck import listed, skin
-from pywet.engines.schedule import OUTLET_EVERY_S
+from pywet.engines.schedule import OUTLET_EVERY_S, early_end
 from pywet.errors import ConfigError
 from pywet.geometry import Surface, fill, periodic
 from pywet.geometry.initial import wall_mesh, write_initial
@@ -368,7 +368,7 @@ def write(user_scene: Scene, run_dir: Path, blocks: int | None = None) -> typed.
     """
     made, run_dir = Building(user_scene), Path(run_dir)
     scene = made.scene(blocks)
-    for sentence in made.warnings:
+    for sentence in (*made.warnings, *early_end(scene)):
         notice.warning("%s: %s", user_scene.name, sentence)
     for sentence in feeds(user_scene, made.classes):
         notice.warning("%s", sentence)

@@ -6,12 +6,12 @@ Lengths in mm, angles in degrees, all else in SI units, as the keys say. `buildi
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from pywet.cases.custom.walls import MM, Box, Wall, chosen
-from pywet.config.entries import Excusable
+from pywet.config.entries import Excusable, doubled, only
 from pywet.config.messages import mistake
 from pywet.config.settings import EffectSettings, LawSettings
 from pywet.engines.schedule import OUTLET_EVERY_S
@@ -26,6 +26,7 @@ from pywet.products.until import Until
 from pywet.scene import Across, NonNegative, Positive, Profile, Title, Vector
 from pywet.schema import column
 from pywet.util.notices import notice
+from pywet.util.ranges import OF_BODIES, Range
 
 WALLS = "walls"
 """Name of all walls in a contact; walls are one material in the engine."""
@@ -113,6 +114,8 @@ class Liquid(Excusable):
 class Cylinder(Excusable):
     """An upright cylinder; `origin_mm` is the middle of its lower end."""
 
+    RANGED: ClassVar[dict[str, Range]] = OF_BODIES
+
     diameter_mm: Positive
     """Diameter of the region."""
     height_mm: Positive
@@ -154,8 +157,10 @@ class Insertion(Excusable):
 
     @model_validator(mode="after")
     def _has_pulses(self) -> Self:
-        if (self.pulses is not None) != (self.profile == "pulsed"):
-            raise ValueError("insertion: pulses with profile: pulsed, and only then")
+        pulsed = self.profile == "pulsed"
+        only(self, "with profile: pulsed", pulsed, "pulses", "pulse_share")
+        if pulsed and self.pulses is None:
+            raise ValueError("insertion: pulses with profile: pulsed")
         return self
 
 
@@ -245,7 +250,7 @@ class Feed(FeedAmount):
 
     def spheres(self, folder: Path) -> tuple[tuple[Spheres, ...], Sizes]:
         """Return the entries of `spheres` that the feed becomes, and its sizes."""
-        keys = ("material", "box", "cylinder", "velocity_m_per_s", "insertion")
+        keys = ("material", "box", "cylinder", "velocity_m_per_s", "insertion", "unusual")
         common = {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
         found, sizes = entries(self.name, self, folder, self.insertion.for_s if self.insertion else None, common)
         return tuple(_made(Spheres, entry, f"feed {self.name}") for entry in found), sizes
@@ -278,6 +283,11 @@ class TimeStep(Excusable):
     viscous_integration: Annotated[str, Field(pattern="^(explicit|semi_implicit)$")] = "semi_implicit"
     """Integration of the viscous force: explicit, or semi_implicit, which does not shorten the time step."""
 
+    @model_validator(mode="after")
+    def _one_step(self) -> Self:
+        only(self, "without time_step_s", self.time_step_s is None, "share")
+        return self
+
 
 class Results(Excusable):
     """Interval at which results are written, and sampling windows in which every contact is recorded for the replay."""
@@ -290,6 +300,11 @@ class Results(Excusable):
     """Steps per window; windows of up to 4 steps are at random times."""
     checkpoints: Annotated[int, Field(ge=0, le=1000)] = 10
     """Number of times the state is saved, evenly spaced; a killed run resumes from the last one."""
+
+    @model_validator(mode="after")
+    def _has_windows(self) -> Self:
+        only(self, "with windows", self.windows > 0, "window_steps")
+        return self
 
 
 class Scene(Excusable):
@@ -372,36 +387,48 @@ class Scene(Excusable):
             key=name,
         )
 
+    @model_validator(mode="before")
+    @classmethod
+    def _with_tolerance(cls, given: Any) -> Any:
+        """Complete `effects` of which only some are given."""
+        effects = given.get("effects") if isinstance(given, dict) else None
+        return {**given, "effects": {**PRESET, **effects}} if isinstance(effects, dict) else given
+
     @model_validator(mode="after")
     def _names(self) -> Self:
         if not self.spheres and not self.feed:
             raise ValueError("spheres, or a feed")
-        wrong = _doubled("spheres", [s.name for s in self.spheres]) + _doubled("walls", [w.name for w in self.walls])
-        wrong += _doubled("outlets", [o.name for o in self.outlets])
+        wrong: list[str] = []
+        for key in ("spheres", "feed", "walls", "outlets"):
+            wrong += doubled(f"{key} of different names", (entry.name for entry in getattr(self, key)))
         wrong += _alike("spheres", [s.name for s in self.spheres]) + _alike("feed", [f.name for f in self.feed])
         if self.periodic and self.deck and self.deck.periodic:
             wrong.append("no periodic together with a deck with periodic: true")
         wrong += self._wrong_gravity()
         if (self.outlets or self.deck) and self.results.checkpoints == 0:
             wrong.append("results.checkpoints of at least 1 together with outlets: spheres leave at checkpoints")
-        if self.deck and (self.results.interval_s or 0.0) > OUTLET_EVERY_S:
+        if (interval := self.results.interval_s or 0.0) > self.duration_s:
+            wrong.append(f"results.interval_s of at most duration_s, {self.duration_s:g} s, not {interval:g}")
+        if self.deck and interval > OUTLET_EVERY_S:
             wrong.append(
                 f"results.interval_s of at most {OUTLET_EVERY_S:g} with a deck, whose spheres leave at outputs"
             )
         known = ", ".join(self.materials) or "none"
         named = [(f"spheres {s.name}", s.material) for s in self.spheres]
         named += [(f"feed {f.name}", f.material) for f in self.feed]
-        named += [("contacts", m) for c in self.contacts for m in c.between if m != WALLS]
+        named += [("contacts", m) for c in self.contacts for m in sorted({*c.between} - {WALLS} or {WALLS})]
         named += [("wall_material", self.wall_material)] if self.wall_material is not None else []
         wrong += [f"{where} to name a material ({known}), not {m}" for where, m in named if m not in self.materials]
-        used = sorted({*self._of_spheres} & self.materials.keys())
-        pairs = [(a, b) for a in used for b in used if a < b and self.dry(a, b) is None]
-        wrong += [f"an entry in contacts with between: [{a}, {b}]" for a, b in pairs]
+        wrong += self._wrong_contacts()
         late = [s.name for s in self.spheres if s.insertion and s.insertion.end_s > self.duration_s]
         wrong += [f"spheres {name} to be inserted before the end, duration_s ({self.duration_s:g})" for name in late]
-        wet = [s.percent or s.film_um for s in self.spheres] + [f.moisture_percent for f in self.feed]
+        wet = [x for s in self.spheres for x in (s.percent, s.film_um)] + [f.moisture_percent for f in self.feed]
         if self.liquid is None and any(wet):
             wrong.append("the key liquid, as spheres have some")
+        if self.liquid and all(x is None for x in (*wet, self.liquid.percent, self.liquid.film_um)):
+            wrong.append(
+                "an amount of liquid: percent or film_um of liquid or spheres, moisture_percent of a feed (0: none)"
+            )
         wrong += self._wrong_stiffness() + self._wrong_until()
         if wrong:
             raise ValueError("; ".join(wrong))
@@ -418,6 +445,17 @@ class Scene(Excusable):
         return [
             f"no gravity_m_per_s2 with deck.inclination_deg {self.deck.inclination_deg:g}, which makes it ({x}, {y}, {z})"
         ]
+
+    def _wrong_contacts(self) -> list[str]:
+        """List dry contacts that are given twice or not at all."""
+        found = doubled("contacts of different pairs", (" and ".join(sorted(c.between)) for c in self.contacts))
+        if WALLS in self.materials:
+            found.append(f"materials of other names than {WALLS}, by which contacts mean all walls")
+        used = {*self._of_spheres} & self.materials.keys()
+        walls = {m for m in self.materials if m == self.wall_material}
+        met = {(a, b): self.dry(a, b if b in used else WALLS) for a in used for b in used | walls if a != b}
+        missing = sorted({(min(pair), max(pair)) for pair, dry in met.items() if dry is None})
+        return found + [f"an entry in contacts with between: [{a}, {b}]" for a, b in missing]
 
     def _wrong_until(self) -> list[str]:
         """List what is missing for a run that ends with a known partition."""
@@ -497,7 +535,7 @@ class Scene(Excusable):
             for contact in self.contacts:
                 if sorted(contact.between) == sorted((a, other)):
                     return contact
-        return self.materials[a] if b in (a, WALLS) else None
+        return self.materials[a] if a == ((self.wall_material or a) if b == WALLS else b) else None
 
 
 def _made(model: type[Entry], given: dict[str, Any], where: str) -> Entry:
@@ -514,14 +552,6 @@ def _alike(what: str, names: list[str]) -> list[str]:
     twins = [(name, columns[column("", name)]) for name in names if columns[column("", name)] != name]
     return [
         f"{what} whose names differ in a to z or digits, of which columns have theirs ({a}, {b})" for a, b in twins[:1]
-    ]
-
-
-def _doubled(what: str, names: list[str]) -> list[str]:
-    return [
-        f"{what} of different names ({n} is there {names.count(n)} times)"
-        for n in sorted(set(names))
-        if names.count(n) > 1
     ]
 
 

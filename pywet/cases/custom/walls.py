@@ -8,12 +8,12 @@ import re
 import unicodedata
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 
-from pywet.config.entries import Excusable
+from pywet.config.entries import Excusable, only
 from pywet.geometry.cad import read_cad
 from pywet.geometry.faces import BODIES_DEG, FEATURE_ANGLE_DEG, faces
 from pywet.geometry.packing import FeedRegion
@@ -23,6 +23,7 @@ from pywet.geometry.stl import corners_in
 from pywet.geometry.surface import Floats, Motion, Surface, make_surface
 from pywet.scene import IDENTIFIER, NonNegative, Positive, Rotation, Slide, Title, Vector, Vibration
 from pywet.util.notices import notice
+from pywet.util.ranges import OF_BODIES, Range
 
 MM = 1e-3
 EngineMotion = Vibration | Rotation | Slide
@@ -102,6 +103,8 @@ class Tube(Excusable):
 class Disc(Excusable):
     """A round plate, such as the lid of a drum; `origin_mm` is the middle of its lower face."""
 
+    RANGED: ClassVar[dict[str, Range]] = OF_BODIES
+
     diameter_mm: Positive
     """Diameter, between opposite faces."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
@@ -163,6 +166,7 @@ class Bars(Excusable):
 
     @model_validator(mode="after")
     def _apart(self) -> Self:
+        only(self, "with crimp_mm", bool(self.crimp_mm), "first_crossing_mm")
         if self.pitch_mm <= self.diameter_mm:
             raise ValueError(
                 f"pitch_mm more than diameter_mm ({self.pitch_mm:g} is not more than {self.diameter_mm:g})"
@@ -354,9 +358,8 @@ class Wall(Excusable):
     def _one_shape(self) -> Self:
         chosen(self, *SHAPES)
         chosen(self, *MOTIONS, needed=False)
-        defaults = {key: type(self).model_fields[key].default for key in OF_STL}
-        if self.stl is None and (given := [key for key, value in defaults.items() if getattr(self, key) != value]):
-            raise ValueError(f"wall {self.name}: {given[0]} with stl only")
+        only(self, "with stl", self.stl is not None, *OF_STL)
+        only(self, "without bars and half_width_mm", not self.bars and not self.half_width_mm, "feature_angle_deg")
         return self
 
     @property

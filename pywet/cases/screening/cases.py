@@ -10,6 +10,7 @@ from typing import Any
 from pywet.cases.screening import amounts
 from pywet.config import Case, Config, Scale, texts
 from pywet.config.cases import CLASS_NAMES
+from pywet.engines.schedule import early_end
 from pywet.errors import PywetError
 from pywet.geometry import Apparatus, ApparatusSpec, Surface, build_apparatus, fill
 from pywet.geometry.initial import wall_mesh, write_initial
@@ -21,6 +22,7 @@ from pywet.planning.retirement import Retirement, decide
 from pywet.planning.surroundings import GRAVITY
 from pywet.scene import ContactPair, EngineScene, Liquid, Output, Slide, SphereClass, Vibration, WallMesh
 from pywet.util.files import write_json
+from pywet.util.notices import notice
 
 WORTH_SAYING = 1.5
 """Ratio of time steps from which a longer possible step is reported."""
@@ -118,6 +120,8 @@ def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> E
     made = ingredients(config, case_number, scale_name)
     apparatus = build_apparatus(apparatus_spec(config, case, scale))
     scene = assemble(config, case, scale, made, apparatus)
+    for sentence in early_end(scene):
+        notice.warning("%s: %s", scene.name, sentence)
     spheres = fill(scene.classes, apparatus.feed_region, scene.seed)
     write_initial(scene, apparatus.surfaces, spheres, run_dir)
     write_json(run_dir / "plan.json", planned(made))

@@ -148,6 +148,18 @@ def test_an_amount_of_liquid_that_no_sphere_has_is_named() -> None:
         assert [w.startswith("liquid.percent has no effect") for w in warnings] == [True] * warned
 
 
+def test_an_output_interval_that_misses_the_end_is_named(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """By the check and by the run; one as long as the run and the default do not miss it."""
+    for interval, named in ((0.004, True), (0.01, False), (None, False)):
+        scene = pywet.Scene(**beads(results={"interval_s": interval}))
+        caplog.clear()
+        with caplog.at_level("WARNING"):
+            built = write(scene, tmp_path / str(interval))
+        assert ("the last output is at 0.008 s of 0.01 s" in caplog.text) == named
+        assert any("the last output" in line for line in scene_check.lines(scene)) == named
+        assert named or built.output_steps[-1] > 0.98 * built.steps
+
+
 def test_a_check_prints_what_would_be_run_and_writes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Spheres and steps are those of the scene that is built; effects have their reasons; a mistake is one sentence."""
     monkeypatch.chdir(tmp_path)

@@ -68,6 +68,102 @@ def test_what_does_not_go_together_is_named(changes: dict[str, Any], words: str)
     assert words in refusal(**changes)
 
 
+ENTRY = beads()["spheres"][0]
+INSERTED = {"velocity_m_per_s": (0, 0, -1), "insertion": {"for_s": 0.005, "pulse_share": 0.2}}
+STROKE = {"amplitude_mm": 2, "frequency_Hz": 20}
+DECK = {"length_mm": 60, "width_mm": 30, "aperture_mm": 4, "wire_mm": 1}
+BARS = {"diameter_mm": 1, "pitch_mm": 5, "length_mm": 18, "count": 4}
+PSD = {"log_normal": {"median_mm": 3, "sigma": 0.2}, "smallest_mm": 2}
+ORE = {"name": "ore", "material": "glass", "psd": PSD, "mass_g": 1, "box": ENTRY["box"]}
+IDLE = {
+    "share only without time_step_s": {"time_step": {"time_step_s": 1e-6, "share": 0.05}},
+    "window_steps only with windows": {"results": {"windows": 0, "window_steps": 3}},
+    "pulse_share only with profile: pulsed": {"spheres": [{**ENTRY, **INSERTED}]},
+    "ratio only with kind: elliptic": {"deck": {**DECK, "stroke": {**STROKE, "ratio": 0.4}}},
+    "forward only with kind: circular or elliptic": {"deck": {**DECK, "stroke": {**STROKE, "forward": False}}},
+    "plate_mm only with mesh: punched": {"deck": {**DECK, "stroke": STROKE, "plate_mm": 2}},
+    "first_crossing_mm only with crimp_mm": {"walls": [{"name": "deck", "bars": {**BARS, "first_crossing_mm": 2}}]},
+    "stl_unit and half_width_mm only with stl": {
+        "walls": [{"name": "deck", "bars": BARS, "stl_unit": "m", "half_width_mm": 1, "shell_thickness_mm": None}]
+    },
+    "feature_angle_deg only without bars": {"walls": [{"name": "deck", "bars": BARS, "feature_angle_deg": 20}]},
+    "feature_angle_deg only without bars and half": {
+        "walls": [{"name": "deck", "stl": "a.stl", "half_width_mm": 1, "feature_angle_deg": 20}]
+    },
+    "moisture_of only with moisture_percent": {"feed": [{**ORE, "moisture_of": "moist"}]},
+    "rate_of only with rate_t_per_h": {"feed": [{**ORE, "rate_of": "dry"}]},
+    "classes only without file": {"feed": [{**ORE, "psd": {"file": "a.csv", "classes": 4}}]},
+}
+
+
+@pytest.mark.parametrize("words", IDLE)
+def test_a_key_without_effect_is_refused(words: str) -> None:
+    assert f"expected {words}" in refusal(**IDLE[words])
+
+
+RUBBER = {"glass": {"density_kg_per_m3": 2500}, "rubber": {"density_kg_per_m3": 1100, "friction": 0.9}}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"contacts": [{"between": ("glass", "walls"), "friction": 0.1}, {"between": ("walls", "glass")}]},
+            "contacts of different pairs (glass and walls is there 2 times)",
+        ),
+        ({"contacts": [{"between": ("walls", "walls")}]}, "contacts to name a material (glass), not walls"),
+        ({"materials": {**RUBBER, "walls": RUBBER["glass"]}}, "materials of other names than walls"),
+        ({"materials": RUBBER, "wall_material": "rubber"}, "an entry in contacts with between: [glass, rubber]"),
+        ({"feed": [ORE, ORE]}, "feed of different names (ore is there 2 times)"),
+        ({"liquid": {"viscosity_Pa_s": 0.01}}, "an amount of liquid"),
+        ({"liquid": {}, "spheres": [], "feed": [ORE]}, "an amount of liquid"),
+        ({"results": {"interval_s": 1}}, "results.interval_s of at most duration_s, 0.01 s, not 1"),
+    ],
+)
+def test_what_would_be_ignored_is_named(changes: dict[str, Any], words: str) -> None:
+    assert words in refusal(**changes)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {
+            "materials": RUBBER,
+            "wall_material": "rubber",
+            "contacts": [{"between": ("rubber", "glass"), "friction": 0.7}],
+        },
+        {
+            "materials": RUBBER,
+            "wall_material": "rubber",
+            "contacts": [{"between": ("glass", "walls"), "friction": 0.7}],
+        },
+    ],
+)
+def test_walls_have_the_contact_that_is_given_for_their_material(changes: dict[str, Any]) -> None:
+    assert [p.friction for p in Building(pywet.Scene(**beads(**changes))).pairs if p.b == 0] == [0.7]
+
+
+def test_some_effects_are_given_without_a_tolerance() -> None:
+    """The tolerance is that of a scene without effects; one that is given holds."""
+    usual = pywet.Scene(**beads()).effects
+    assert pywet.Scene(**beads(effects={"shedding": True})).effects == usual.model_copy(update={"shedding": True})
+    tenth = {"tolerance": {"value": 0.1, "source": "assumption"}}
+    assert pywet.Scene(**beads(effects=tenth)).effects.tolerance.value == 0.1
+
+
+def test_bodies_and_regions_may_be_larger_than_spheres() -> None:
+    """A drum of 0.8 m: its lid and a region in it need no reason, a sphere of that size does."""
+    cylinder = {"diameter_mm": 790, "height_mm": 100}
+    entry = {**ENTRY, "box": None, "cylinder": cylinder}
+    lid = {"name": "lid", "disc": {"diameter_mm": 800, "origin_mm": (0, 0, -9)}}
+    scene = pywet.Scene(**beads(spheres=[entry], walls=[lid]))
+    assert scene.walls[0].disc and scene.walls[0].disc.diameter_mm == 800
+    with raises_code("config.implausible", key="spheres.0.diameter_mm", given=800):
+        pywet.Scene(**beads(spheres=[{**entry, "diameter_mm": 800}]))
+    with raises_code("config.implausible", key="walls.0.disc.diameter_mm"):
+        pywet.Scene(**beads(walls=[{**lid, "disc": {"diameter_mm": 2e4}}]))
+
+
 def test_two_materials_need_their_contact() -> None:
     two = {"glass": {"density_kg_per_m3": 2500}, "pom": {"density_kg_per_m3": 1400}}
     spheres = [*beads()["spheres"], {**beads()["spheres"][0], "name": "plastic", "material": "pom"}]

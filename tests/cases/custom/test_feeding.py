@@ -52,13 +52,13 @@ def test_a_sphere_waits_as_far_back_as_it_has_to_come() -> None:
             {"insertion": {"for_s": 0.05, "pulses": 2}},
             [],
             "config.inconsistent",
-            "pulses with profile: pulsed, and only then",
+            "pulses only with profile: pulsed",
         ),
         (
             {"insertion": {"for_s": 0.05, "profile": "pulsed"}},
             [],
             "config.inconsistent",
-            "pulses with profile: pulsed, and only then",
+            "pulses with profile: pulsed",
         ),
         ({"count": 3000}, [], "scene.crowded_feed", ""),
         (

@@ -100,6 +100,7 @@ def test_a_moist_scene_runs_and_is_replayed(tmp_path: Path) -> None:
     scene = hertzian(
         walls=[{**cup, "vibrates": {"amplitude_mm": (0, 0, 0.3), "frequency_Hz": 60}}], spheres=[entry],
         materials={"glass": {**GLASS, "youngs_modulus_Pa": 2e6}, "steel": STEEL}, wall_material="steel",
+        contacts=[{"between": ("glass", "steel")}],
         liquid={"percent": 1.0}, duration_s=0.016, results={"checkpoints": 2, "windows": 3, "window_steps": 15},
     )  # fmt: skip
     output_text = pywet.run(scene, tmp_path).replay

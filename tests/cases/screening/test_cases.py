@@ -202,6 +202,18 @@ def test_the_same_configuration_gives_the_same_files(built: tuple[Path, EngineSc
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
 
 
+def test_an_interval_that_misses_the_end_is_named(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Outputs every 0.6 s of 1.6 s end at 1.2 s; those of the shipped scales do not."""
+    with caplog.at_level("WARNING"):
+        cases.build(CONFIG, 2, "smoke", tmp_path / "a")
+        assert "last output" not in caplog.text
+        smoke = CONFIG.scales.scales["smoke"]
+        rare = smoke.model_copy(update={"output_interval_s": smoke.output_interval_s.model_copy(update={"value": 0.6})})
+        scales = CONFIG.scales.model_copy(update={"scales": {**CONFIG.scales.scales, "smoke": rare}})
+        cases.build(replace(CONFIG, scales=scales), 2, "smoke", tmp_path / "b")
+    assert "the last output is at 1.2 s of 1.6 s" in caplog.text
+
+
 def test_what_water_does_not_wet_is_refused_where_there_are_bridges() -> None:
     """A wall of 110 deg: the plan of a moist case is refused, that of a dry case and of one without wall films is made."""
     walls = dict(CONFIG.materials.walls)
