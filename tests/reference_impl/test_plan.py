@@ -90,18 +90,7 @@ def halved(name: str) -> Callable[[pytest.MonkeyPatch], None]:
     return patch
 
 
-def own_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The contact of a class with itself alone."""
-    sound = numbers.class_groups
-
-    def wrong(classes: list[SphereClass], pairs: list[ContactPair], *more: Any) -> list[surroundings.Groups]:
-        return sound(classes, [p for p in pairs if p.a == p.b], *more)
-
-    monkeypatch.setattr(numbers, "class_groups", wrong)
-
-
 FAULTS = {
-    "contacts with walls and other classes left out": (own_contacts, "tangential_history"),
     "capillary number halved": (halved("capillary_number"), "dynamic_rupture"),
     "weight halved in the Bond number": (halved("weight"), "capillary"),
     "reduced radius too small in the Stokes number": (halved("normal_drag_gap"), "viscous_normal"),
