@@ -137,7 +137,8 @@ def plan(
         _row("shedding", bridges.on and falls, numbers["shedding"], settings, named["shedding"]),
     ]
     counts, added = [c.count for c in classes if c.count > 0], costs.measured_costs()
-    shares = predicted_shares(class_groups(classes, pairs, liquid, speed_m_per_s, s), counts, s)
+    alike = [p for p in pairs if p.a == p.b]
+    shares = predicted_shares(class_groups(classes, alike, liquid, speed_m_per_s, s), counts, s)
     rows = [
         replace(
             row,

@@ -1,7 +1,8 @@
 """One number per effect: the relative change of a quantity of interest that leaving the effect out may cause.
 
-Each is the ratio of two forces, lengths, speeds or energies, a conservative estimate for equal spheres of each class
-in the state of the scene; docs/effects.md documents formulas and tests. They only decide what may be left out.
+Each is the ratio of two forces, lengths, speeds or energies, a conservative estimate for equal spheres of each class,
+with each contact of the class, in the state of the scene; docs/effects.md documents formulas and tests. They only
+decide what may be left out.
 """
 
 from __future__ import annotations
@@ -108,7 +109,7 @@ OF_ONE_CLASS: dict[str, Callable[[Groups, Surroundings], Number]] = {
         *(_rolling, _tangential_history, _gravity),
     )
 }
-"""Effect -> function for its number for one class; the largest over the classes counts."""
+"""Effect -> function for its number for one class; the largest over classes, their contacts and both speeds counts."""
 
 
 def effect_numbers(
@@ -118,9 +119,10 @@ def effect_numbers(
     speed_m_per_s: float,
     surroundings: Surroundings | None = None,
 ) -> dict[str, Number]:
-    """Return effect -> compared ratio and its largest value over the classes present; zero without liquid."""
+    """Return effect -> compared ratio and its largest value over the contacts present; zero without liquid."""
     s = surroundings or Surroundings()
-    of = class_groups(classes, pairs, liquid, speed_m_per_s, s)
+    speeds = sorted({speed_m_per_s, min(speed_m_per_s, s.slow_m_per_s)}, reverse=True)
+    of = [g for speed in speeds for g in class_groups(classes, pairs, liquid, speed, s)]
     numbers = {
         effect: max((number(g, s) for g in of), key=lambda pair: pair[1]) for effect, number in OF_ONE_CLASS.items()
     }
@@ -143,13 +145,19 @@ def effect_numbers(
 def class_groups(
     classes: Sequence[SphereClass], pairs: Sequence[ContactPair], liquid: Liquid | None, speed: float, s: Surroundings
 ) -> list[Groups]:
-    """Return the groups of the classes that have spheres."""
+    """Return the groups of the classes that have spheres, for each contact of these with each other and with walls."""
     present = [c for c in classes if c.count > 0]
     if not present:
         raise PywetError(
             "the scene has no spheres, expected at least one; fix the case's amounts", code="case.no_spheres"
         )
-    return [groups(c, pairs, liquid, speed, s.gravity_m_per_s2) for c in present]
+    there = {c.type for c in present} | ({0} if s.wall_share else set())
+    return [
+        groups(c, pair, liquid, speed, s.gravity_m_per_s2)
+        for c in present
+        for pair in pairs
+        if c.type in (pair.a, pair.b) and {pair.a, pair.b} <= there
+    ]
 
 
 def _dripping(g: Groups, s: Surroundings) -> float:

@@ -62,9 +62,8 @@ def of_packing(
     """
     steps, stiffer = [], 1.0 if hertz is None else STIFFEST
     for pair in pairs:
-        ball, k = classes[pair.a - 1], stiffer * pair.normal_stiffness_N_per_m
-        m = ball.mass_kg * (0.5 if pair.b else 1.0)
-        drag = lubrication_drag(ball.radius_m, ball.radius_m if pair.b else math.inf, viscosity_Pa_s)
+        m, k = pair_mass(classes, pair), stiffer * pair.normal_stiffness_N_per_m
+        drag = lubrication_drag(*pair_radii(classes, pair), viscosity_Pa_s)
         steps.append(time_steps.largest_step(m, k, damping(pair.restitution, m, k), drag, False, time_steps.PACKED))
         if hertz:
             steps.append(time_steps.hertz_step(m, pair, time_steps.PACKED))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -33,6 +32,8 @@ class Surroundings:
     """Contacts with walls over all contacts; 0 without walls."""
     liquid_wanted: bool = True
     """Whether the distribution of liquid is of interest; if not, a liquid with negligible forces need not be simulated."""
+    slow_m_per_s: float = math.inf
+    """Speed of slow phases; of each number, the larger of its values at this and at the given speed is used."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.wall_share <= 1.0 or not 0.0 <= self.solid_fraction < 0.75 or self.duration_s <= 0:
@@ -46,7 +47,7 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Groups:
-    """Forces, lengths and speeds of two equal spheres of one class, the basis of all estimates; SI units."""
+    """Forces, lengths and speeds of two equal spheres of one class in one contact, the basis of all estimates; SI units."""
 
     radius: float
     mass: float
@@ -110,9 +111,11 @@ class Groups:
         return 4.0 * self.film / self.speed + contact if self.speed > 0 else math.inf
 
 
-def groups(c: SphereClass, pairs: Sequence[ContactPair], liquid: Liquid | None, speed: float, gravity: float) -> Groups:
-    """Compute forces, lengths and speeds of two equal spheres of a class; liquid quantities are zero without liquid."""
-    same_class = next(p for p in pairs if p.a == p.b == c.type)
+def groups(c: SphereClass, pair: ContactPair, liquid: Liquid | None, speed: float, gravity: float) -> Groups:
+    """Compute forces, lengths and speeds of two equal spheres of a class with the friction and stiffness of one of its contacts.
+
+    Liquid quantities are zero without liquid.
+    """
     r, m = c.radius_m, c.mass_kg
     sigma, eta, h = 0.0, 0.0, 0.0
     if liquid is not None:
@@ -124,10 +127,10 @@ def groups(c: SphereClass, pairs: Sequence[ContactPair], liquid: Liquid | None, 
         radius=r,
         mass=m,
         weight=m * gravity,
-        grip=same_class.friction * m * gravity,
-        friction=same_class.friction,
-        rolling_friction=same_class.rolling_friction_m,
-        stiffness=same_class.normal_stiffness_N_per_m,
+        grip=pair.friction * m * gravity,
+        friction=pair.friction,
+        rolling_friction=pair.rolling_friction_m,
+        stiffness=pair.normal_stiffness_N_per_m,
         speed=speed,
         film=h,
         film_volume=film,

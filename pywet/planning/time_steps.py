@@ -233,7 +233,7 @@ def _pair_limits(scene: EngineScene, pair: ContactPair, crowd: float, speed: flo
     if scene.hertz is not None:
         lasts, wave = _hertz_times(scene.hertz, scene.classes, pair)
         yield Limit("Hertz impact / 20", bodies, OF_IMPACT * lasts, stability=False)
-        yield Limit("Rayleigh time / 5", one.name, OF_RAYLEIGH * wave, stability=False)
+        yield Limit("Rayleigh time / 5", bodies, OF_RAYLEIGH * wave, stability=False)
     if scene.effects.bridges and scene.liquid is not None:
         bridge, every = _Bridge(scene, pair), scene.bridges_every
         if every > 1:
@@ -262,11 +262,11 @@ def hertz_step(m: float, pair: ContactPair, crowd: float) -> float:
 
 
 def _hertz_times(hertz: Hertz, classes: Sequence[SphereClass], pair: ContactPair) -> tuple[float, float]:
-    """Return the duration of the fastest head-on impact of a pair, and the Rayleigh time of its first sphere [s]."""
-    one, speed = classes[pair.a - 1], HEAD_ON * hertz.impact_speed_m_per_s
+    """Return the duration of the fastest head-on impact of a pair, and the shorter Rayleigh time of its spheres [s]."""
     radius, mass = contact.reduced_radius(*contact.pair_radii(classes, pair)), contact.pair_mass(classes, pair)
-    wave = rayleigh_time(one.radius_m, one.density_kg_per_m3, hertz.spheres[pair.a - 1])
-    return impact_duration(hertz.moduli(pair)[0], radius, mass, speed), wave
+    balls = [(classes[k - 1], hertz.spheres[k - 1]) for k in (pair.a, pair.b) if k]
+    wave = min(rayleigh_time(c.radius_m, c.density_kg_per_m3, elastic) for c, elastic in balls)
+    return impact_duration(hertz.moduli(pair)[0], radius, mass, HEAD_ON * hertz.impact_speed_m_per_s), wave
 
 
 def hertz_lines(
@@ -275,7 +275,7 @@ def hertz_lines(
     """Return the lines of a plan on Hertz contacts: the shortest impact, its duration, and its number of time steps."""
     of = [(*_hertz_times(hertz, classes, p), p) for p in pairs if classes[p.a - 1].count]
     (lasts, _, pair), wave, fast = min(of, key=lambda row: row[0]), min(w for _, w, _ in of), hertz.impact_speed_m_per_s
-    deep = max(hertz.overlap(classes, p, HEAD_ON * fast) / classes[p.a - 1].radius_m for *_, p in of)
+    deep = max(hertz.overlap(classes, p, HEAD_ON * fast) / min(contact.pair_radii(classes, p)) for *_, p in of)
     bodies = f"{classes[pair.a - 1].name} and {classes[pair.b - 1].name if pair.b else 'a wall'}"
     return (
         f"contact: Hertz-Mindlin, two bodies at {fast:.3g} m/s each (the fastest), head on:",

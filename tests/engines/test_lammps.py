@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from pywet.cases.small import bodies, small
 from pywet.cases.small.bodies import contacts, sphere_classes, water
 from pywet.cli import doctor
 from pywet.engines.lammps import build, deck, driver
-from pywet.geometry.solids import bin_solid, plate, polygon, tube, wire
+from pywet.geometry.solids import Part, bin_solid, fan, flip, lift, plate, polygon, tube, wire
 from pywet.geometry.surface import Surface, make_surface
 from pywet.scene import Output, Rotation
 from pywet.schema import RUPTURE
@@ -190,35 +191,55 @@ def test_a_sphere_that_leaves_the_box_stops_the_run_in_one_sentence(tmp_path: Pa
 def test_plates_tubs_wires_and_tubes_along_the_axes_are_regions() -> None:
     """Plate and wire from outside, a wire of too few sides not; the tub's inner faces, open to the top; each face of a tube."""
     plate = small.floor(half_side=0.5, top=0.25, thickness=0.125)
-    assert deck.regions(plate.vertices, "floor") == ["block -0.5 0.5 -0.5 0.5 0.125 0.25 side out"]
+    assert deck.regions(plate) == ["block -0.5 0.5 -0.5 0.5 0.125 0.25 side out"]
     tub = make_surface("tub", "wall", bin_solid(0.5, 0.125, 4, 0.0, 0.75))
-    words = deck.regions(tub.vertices, "tub")[0].split()
+    words = deck.regions(tub)[0].split()
     assert [float(w) for w in words[1:7]] == pytest.approx([-0.5, 0.5, -0.5, 0.5, 0.0, 0.75], rel=1e-6)
     assert words[7:] == ["side", "in", "open", "6"]
     for start, end, axis in (((-1.0, 0.5, 0.25), (2.0, 0.5, 0.25), "x"), ((0.5, -1.0, 0.25), (0.5, 2.0, 0.25), "y")):
-        words = deck.regions(round_wire(start, end, 0.125, 32).vertices, "wire")[0].split()
+        words = deck.regions(round_wire(start, end, 0.125, 32))[0].split()
         assert words[:2] == ["cylinder", axis] and words[7:] == ["side", "out"]
         assert [float(w) for w in words[2:7]] == pytest.approx([0.5, 0.25, 0.125, -1.0, 2.0], rel=1e-6)
-    thin, edged = (round_wire((0.03, 0.02, -0.04), (0.07, 0.02, -0.04), 2.5e-4, n).vertices for n in (32, 30))
-    words = deck.regions(thin.astype(np.float32).astype(float), "thin")[0].split()  # coordinates of an STL file
+    thin, edged = (round_wire((0.03, 0.02, -0.04), (0.07, 0.02, -0.04), 2.5e-4, n) for n in (32, 30))
+    words = deck.regions(thin)[0].split()  # coordinates of an STL file
     assert [float(w) for w in words[2:7]] == pytest.approx([0.02, -0.04, 2.5e-4, 0.03, 0.07], abs=5e-9)
-    with raises_code("lammps.wall"):
-        deck.regions(edged.astype(np.float32).astype(float), "thin")
     cup = make_surface("cup", "wall", bin_solid(0.5, 0.125, 6, 0.0, 0.75))
     slanting = round_wire((-1.0, 0.4, 0.25), (2.0, 0.5, 0.25), 0.125, 32)
-    for other in (cup, slanting):
+    for other in (edged, cup, slanting):
         with raises_code("lammps.wall"):
-            deck.regions(other.vertices, "pipe")
+            deck.regions(other)
     for sides in (4, 6, 48):
-        pipe = make_surface("pipe", "wall", tube(0.5, 0.1, sides, 0.0, 1.0)).vertices + np.array([3.0, -2.0, 0.5])
+        made = make_surface("pipe", "wall", tube(0.5, 0.1, sides, 0.0, 1.0))
+        pipe = made.vertices + np.array([3.0, -2.0, 0.5])
         for turned in (pipe, pipe[:, [2, 0, 1]], pipe.astype(np.float32).astype(float)):
-            faces = np.array([[float(w) for w in words.split()[1:]] for words in deck.regions(turned, "pipe")])
+            words_of = deck.regions(replace(made, vertices=turned))
+            faces = np.array([[float(w) for w in words.split()[1:]] for words in words_of])
             assert faces.shape == (sides, 6)
             depth = np.einsum("fvk,fk->fv", turned[None] - faces[:, None, :3], faces[:, 3:])  # corners before each face
             assert np.sort(np.abs(depth), axis=1)[:, :4].max() < 1e-6
             assert np.linalg.norm(faces[:, 3:], axis=1) == pytest.approx(1.0)
             inner = np.abs(depth).min(axis=0) < 1e-6
             assert inner.sum() == len(turned) / 2 and depth[:, inner].min() > -1e-6
+
+
+TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+RINGS = [lift(polygon(0.5, 6), z) for z in (0.0, 1.0)]
+WIRE = wire(np.array([-1.0, 0.0, 0.0]), np.array([2.0, 0.0, 0.0]), 0.125, 32, 10.0)
+LIKE: dict[str, list[Part]] = {
+    "a ramp with the faces of a plate": plate(TRIANGLE, 0.0, 1.0),
+    "a tub upside down": [(flip(corners * [1.0, 1.0, -1.0]), half) for corners, half in bin_solid(0.5, 0.125, 4, 0.0, 0.75)],
+    "a wire cut aslant": [(WIRE + WIRE[..., 1:2] * [1.0, 0.0, 0.0], None)],
+    "a plate with the rings of a tube": [
+        *tube(0.5, 0.1, 6, 0.0, 1.0)[1:], (flip(fan(RINGS[0])), None), (fan(RINGS[1]), None),
+    ],
+}  # fmt: skip
+"""Solids whose corners are at the coordinates of one that LAMMPS has."""
+
+
+@pytest.mark.parametrize("solid", LIKE)
+def test_another_solid_with_such_corners_is_refused(solid: str) -> None:
+    with raises_code("lammps.wall", key="walls.part"):
+        deck.regions(make_surface("part", "wall", LIKE[solid]))
 
 
 def round_wire(start: tuple[float, ...], end: tuple[float, ...], radius: float, sides: int) -> Surface:
@@ -262,13 +283,14 @@ def test_scenes_beyond_its_range_are_refused_in_one_sentence(tmp_path: Path) -> 
     moving, turning = (scene.walls[0].model_copy(update={"motion": word}) for word in ("vibrates", "turns"))
     wet = scene.effects.model_copy(update={"bridges": True})
     with raises_code("lammps.scene") as refused:
-        deck.refuse(scene.model_copy(update={"walls": (moving, turning), "effects": wet}), ranks=2)
+        deck.refuse(scene.model_copy(update={"walls": (moving, turning), "effects": wet, "retire": True}), ranks=2)
     reasons = (
         "more than one process",
         "walls that vibrate",
         "power of walls that turn",
         "rolling resistance",
         "friction without",
+        "taking spheres out",
     )
     assert all(reason in " and ".join(refused.value.given) for reason in reasons)
     with raises_code("lammps.scene"):

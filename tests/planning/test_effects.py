@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -13,7 +14,7 @@ from pywet.config.entries import RatioEntry
 from pywet.planning.effect_plan import EffectPlan, plan
 from pywet.planning.numbers import effect_numbers
 from pywet.planning.surroundings import Surroundings, groups
-from pywet.scene import Effects, Liquid
+from pywet.scene import ContactPair, Effects, Liquid
 from tests.error_codes import raises_code
 
 (SPHERE,) = bodies.sphere_classes(2.5e-3, counts=10, density=1358, angle_rad=math.radians(40), name="small")
@@ -74,13 +75,53 @@ def test_numbers_by_hand() -> None:
     assert numbers["tangential_history"] == 0.35 and numbers["gravity"] == 1.0
     # Lian's rupture distance (1 + theta/2) V^(1/3), with the share of a film under a cap of 30 degrees from both spheres
     volume = 2.0 * film * 0.5 * (1.0 - math.cos(math.radians(30.0)))
-    pair = groups(SPHERE, PAIRS, water(), SPEED, 9.81)
+    pair = groups(SPHERE, PAIRS[-1], water(), SPEED, 9.81)
     assert pair.slip_time == pytest.approx(
         4.0 * 5e-5 / SPEED + math.pi * math.sqrt(m_eff / 1e5)
     )  # films in and out, contact
     assert pair.rupture == pytest.approx((1.0 + 0.5 * math.radians(40.0)) * volume ** (1.0 / 3.0), rel=1e-9)
     half = effect_numbers((SPHERE,), PAIRS, water(), SPEED, Surroundings(wall_share=0.5))["wall_films"][1]
     assert half == pytest.approx(0.5 * numbers["wall_films"])
+
+
+ODD: dict[str, tuple[dict[str, float], Surroundings]] = {
+    "rolling": ({"rolling_friction_m": 5e-4}, Surroundings()),
+    "tangential_history": ({"friction": 0.6}, Surroundings()),
+    "viscous_tangential": ({"friction": 0.1}, Surroundings()),
+    "viscous_normal": ({"normal_stiffness_N_per_m": 1e3}, Surroundings(state="at_rest")),
+}
+"""Effect -> properties of one contact that make its number larger."""
+
+
+@pytest.mark.parametrize("effect", ODD)
+def test_every_contact_of_a_class_counts(effect: str) -> None:
+    """With a wall, with its own class or with another one; not with walls or classes that are not there."""
+    changed, around = ODD[effect]
+    two = (SPHERE, SPHERE.model_copy(update={"type": 2}))
+    pairs = bodies.contacts(2, 1e5, friction=0.35, rolling_m=5e-5)
+    odd = [p.model_copy(update=changed) for p in pairs]
+
+    def number(of: list[ContactPair], count: int = 10, walls: float = 1.0) -> float:
+        present = (two[0], two[1].model_copy(update={"count": count}))
+        return effect_numbers(present, of, water(), SPEED, replace(around, wall_share=walls))[effect][1]
+
+    assert number(odd) > number([*pairs])
+    for k, pair in enumerate(pairs):
+        one_odd = [*pairs[:k], odd[k], *pairs[k + 1 :]]
+        assert number(one_odd) == number(odd)
+        for absent, found in ((0, number(one_odd, walls=0.0)), (2, number(one_odd, count=0))):
+            assert found == number([*pairs] if absent in (pair.a, pair.b) else odd)
+
+
+def test_of_two_speeds_the_one_with_the_larger_number_counts() -> None:
+    """The speed lost in a film falls with the speed; drag over friction and the stretch of a bridge rise."""
+    both, fast, slow = (
+        effect_numbers((SPHERE,), PAIRS, water(), speed, Surroundings(slow_m_per_s=least))
+        for speed, least in ((2.4, 0.1), (2.4, math.inf), (0.1, math.inf))
+    )
+    assert both["viscous_normal"] == slow["viscous_normal"] > fast["viscous_normal"]
+    for effect in ("viscous_tangential", "dynamic_rupture"):
+        assert both[effect] == fast[effect] and both[effect][1] > slow[effect][1]
 
 
 def test_preset_keeps_what_is_negligible_and_says_so() -> None:

@@ -60,7 +60,7 @@ from pywet.util.notices import notice
 MARGIN_M = 0.010
 """Margin [m] between all bodies, over their whole motion, and the simulated box."""
 SLOWEST = 0.1
-"""Smallest impact speed [m/s] used to plan a Hertz contact: spheres at rest are still drawn together by bridges."""
+"""Speed [m/s] of slow phases in the plan, and the smallest for Hertz contacts: bridges still draw spheres at rest together."""
 TOUCHING = 1.0 - 1e-6
 """Fraction of the touching distance below which two bodies overlap at the start."""
 
@@ -245,7 +245,7 @@ class Building:
 
     @property
     def speed(self) -> float:
-        """Speed of approach used by the plan [m/s]: of the walls, or of a sphere that was thrown and falls through the scene."""
+        """Largest speed of approach [m/s]: of the walls, or of a sphere that was thrown and falls through the scene."""
         heights = np.concatenate([self._released, *(s.vertices for s in self.surfaces)]) @ np.array(
             self.user_scene.gravity_m_per_s2
         )
@@ -264,8 +264,9 @@ class Building:
         """Plan of the effects of the scene, with reasons."""
         user_scene = self.user_scene
         around = Surroundings(
-            gravity_m_per_s2=math.hypot(*user_scene.gravity_m_per_s2), duration_s=user_scene.duration_s
-        )
+            gravity_m_per_s2=math.hypot(*user_scene.gravity_m_per_s2), duration_s=user_scene.duration_s,
+            slow_m_per_s=SLOWEST,
+        )  # fmt: skip
         laws = placed_laws(user_scene.laws, user_scene.folder, user_scene.file is None)
         chosen = plan_effects(self.classes, self.pairs, self.liquid, self.speed, user_scene.effects, laws, around)
         if self.hertz is None:

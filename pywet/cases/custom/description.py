@@ -181,9 +181,9 @@ class Spheres(Excusable):
 
     """
     box: Box | None = None
-    """Cuboid in which the spheres are placed at random."""
+    """Cuboid of random positions; without `insertion`, its lowest part."""
     cylinder: Cylinder | None = None
-    """Cylinder in which the spheres are placed at random, in place of `box`."""
+    """Cylinder of random positions, in place of `box`, filled likewise."""
     at_mm: Annotated[tuple[Vector, ...], Field(min_length=1)] | None = None
     """Position of each sphere, in place of a region."""
     velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
@@ -231,9 +231,9 @@ class Feed(FeedAmount):
     material: str
     """Material of the spheres, a key of `materials`."""
     box: Box | None = None
-    """Cuboid in which spheres are placed at random."""
+    """Cuboid of random positions, as of `spheres`."""
     cylinder: Cylinder | None = None
-    """Cylinder in which spheres are placed at random, in place of `box`."""
+    """Cylinder of random positions, in place of `box`."""
     velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
     """Velocity of the spheres at the start, or on insertion."""
     insertion: Insertion | None = None

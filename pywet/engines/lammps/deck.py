@@ -11,11 +11,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pywet.engines.liggghts import deck
 from pywet.errors import PywetError
 from pywet.geometry.stl import read_stl
+from pywet.geometry.surface import Floats, Surface, enclosed
 from pywet.laws import contact
 from pywet.scene import ContactPair, EngineScene, Rotation, WallMesh
 from pywet.util.files import atomic_write, read_table
@@ -28,6 +28,8 @@ SAME = 1e-6
 """Distance over a mesh's extent below which points coincide; an STL file's numbers are rounded to 6e-8 of themselves."""
 SAME_ANGLE = 1e-5
 """Angle [rad] within which corners seen along a tube coincide."""
+SAME_VOLUME = 1e-3
+"""Relative difference of the volumes of a mesh and of its regions; it is larger for another solid with the same corners."""
 WIDEST = 1.01 * 2.0 * math.pi / 32
 """Largest angle of a facet of a round wire [rad], with faces within 0.5 % of the radius; a hundredth for rounding."""
 
@@ -41,6 +43,8 @@ def refuse(scene: EngineScene, ranks: int = 1) -> None:
         reasons.append("the power of walls that turn (of output, energy is true)")
     if any(w.analytic_wires for w in scene.walls):
         reasons.append("analytic wires")
+    if scene.removes:
+        reasons.append("taking spheres out of a run (`retire`, outlets)")
     if scene.periodic is not None:
         reasons.append("walls in a box that is periodic")
     if scene.effects.rolling and any(p.rolling_friction_m for p in scene.pairs):
@@ -57,61 +61,69 @@ def refuse(scene: EngineScene, ranks: int = 1) -> None:
         )  # fmt: skip
 
 
-def regions(vertices: NDArray[np.float64], name: str) -> list[str]:
-    """Return a mesh with corners (n, 3) [m] as arguments of regions.
+def regions(surface: Surface) -> list[str]:
+    """Return a wall as arguments of regions.
 
     A cuboid or a wire is seen from outside, a tub open to the top from inside; of a tube each inner face is a
     region, because a union of regions cannot turn in LAMMPS.
     """
+    volume = enclosed(surface.corners)
+    for words, of_solid in _solids(surface.vertices):
+        if abs(volume - of_solid) < SAME_VOLUME * of_solid:
+            return words
+    raise PywetError(
+        f"the engine lammps does not support the wall {surface.name}; expected a plate, a square tub, a round wire or "
+        "a tube along the axes: use the engine liggghts",
+        code="lammps.wall", key=f"walls.{surface.name}",
+    )  # fmt: skip
+
+
+def _solids(vertices: Floats) -> Iterator[tuple[list[str], float]]:
+    """Yield the regions and the volume [m3] of each solid along the axes whose corners (n, 3) [m] these may be."""
     same, levels = SAME * float(np.ptp(vertices)), []
     for axis in vertices.T:
         places = np.unique(axis)
         levels.append(places[np.concatenate([[True], np.diff(places) > same])])
-    counts, words = [len(places) for places in levels], ""
+    counts = [len(places) for places in levels]
+    whole = math.prod(float(np.ptp(places)) for places in levels)
     if counts == [2, 2, 2]:
-        words = _block(levels, 0, "side out")
+        yield [_block(levels, 0, "side out")], whole
     elif counts == [4, 4, 3]:  # outer and inner faces; the floor's two and the rim
-        words = _block(levels, 1, "side in open 6")
-    for k in range(3):
-        words = words or _wire(vertices, k, same)
-    if words:
-        return [words]
-    for k in range(3):
-        if faces := _tube(vertices, k, same):
-            return faces
-    raise PywetError(
-        f"the engine lammps does not support the wall {name}; expected a plate, a square tub, a round wire or "
-        "a tube along the axes: use the engine liggghts",
-        code="lammps.wall", key=f"walls.{name}",
-    )  # fmt: skip
+        inside = math.prod(float(places[2] - places[1]) for places in levels)
+        yield [_block(levels, 1, "side in open 6")], whole - inside
+    for solid in (_wire, _tube):
+        for k in range(3):
+            yield from solid(vertices, k, same)
 
 
-def _block(levels: Sequence[NDArray[np.float64]], first: int, words: str) -> str:
+def _block(levels: Sequence[Floats], first: int, words: str) -> str:
     return f"block {' '.join(f'{float(at)!r}' for places in levels for at in places[first : first + 2])} {words}"
 
 
-def _wire(vertices: NDArray[np.float64], k: int, same: float) -> str:
-    """Return the region of a mesh whose corners all lie on a cylinder along axis k; empty if they do not."""
+def _wire(vertices: Floats, k: int, same: float) -> Iterator[tuple[list[str], float]]:
+    """Yield the region and volume of a wire along axis k if all corners lie on a cylinder."""
     ends, across = vertices[:, k], np.delete(vertices, k, axis=1)
     middle = 0.5 * (across.min(axis=0) + across.max(axis=0))
     x, y = (across - middle).T
     radii, angles = np.hypot(x, y), np.sort(np.arctan2(y, x))
-    if np.ptp(radii) > same or np.diff(angles, append=angles[0] + 2.0 * math.pi).max() > WIDEST:
-        return ""
-    numbers = (*middle, radii.max(), ends.min(), ends.max())
-    return f"cylinder {'xyz'[k]} {' '.join(f'{float(at)!r}' for at in numbers)} side out"
+    facets = np.diff(angles, append=angles[0] + 2.0 * math.pi)
+    if np.ptp(radii) <= same and facets.max() <= WIDEST:
+        numbers = (*middle, radii.max(), ends.min(), ends.max())
+        words = f"cylinder {'xyz'[k]} {' '.join(f'{float(at)!r}' for at in numbers)} side out"
+        yield [words], float(0.5 * np.sin(facets).sum() * (radii**2).mean() * np.ptp(ends))
 
 
-def _tube(vertices: NDArray[np.float64], k: int, same: float) -> list[str]:
-    """Return the inner faces of a tube along axis k, each as a point and its inward normal.
+def _tube(vertices: Floats, k: int, same: float) -> Iterator[tuple[list[str], float]]:
+    """Yield the inner faces, each as a point and its inward normal, and the volume of a tube along axis k.
 
-    The list is empty unless the corners form two regular rings, one behind the other, at two positions along the
-    axis.
+    Only if the corners form two regular rings, one behind the other, at two positions along the axis.
     """
     across = np.delete(vertices, k, axis=1)
     middle = 0.5 * (across.min(axis=0) + across.max(axis=0))
     x, y = (across - middle).T
     radii, angles, ends = np.hypot(x, y), np.arctan2(y, x), vertices[:, k]
+    if np.ptp(radii) <= same:
+        return
     inner, low = radii < 0.5 * (radii.min() + radii.max()), ends < 0.5 * (ends.min() + ends.max())
     around = np.sort(angles)
     sides = int((np.diff(around, append=around[0] + 2.0 * math.pi) > SAME_ANGLE).sum())
@@ -120,14 +132,15 @@ def _tube(vertices: NDArray[np.float64], k: int, same: float) -> list[str]:
     rings = max(
         float(np.ptp(values[side])) for values, side in ((radii, inner), (radii, ~inner), (ends, low), (ends, ~low))
     )
-    if sides < 3 or np.ptp(radii) <= same or rings > same or np.ptp(off) > SAME_ANGLE:
-        return []
+    if sides < 3 or rings > same or np.ptp(off) > SAME_ANGLE:
+        return
     apothem, faces = radii[inner].mean() * math.cos(0.5 * facet), []
     for angle in angles[0] + off.mean() + facet * (np.arange(sides) + 0.5):
         outward = np.array([math.cos(angle), math.sin(angle)])
         point, normal = (np.insert(v, k, 0.0) for v in (middle + apothem * outward, -outward))
         faces.append("plane " + " ".join(f"{float(at)!r}" for at in (*point, *normal)))
-    return faces
+    area = 0.5 * sides * math.sin(facet) * ((radii[~inner] ** 2).mean() - (radii[inner] ** 2).mean())
+    yield faces, float(area * np.ptp(ends))
 
 
 def law(scene: EngineScene, pair: ContactPair) -> str:
@@ -174,7 +187,7 @@ def _wall(scene: EngineScene, wall: WallMesh, run_dir: Path) -> Iterator[str]:
     if isinstance(motion, Rotation):
         yield f"variable move_{wall.name} equal 2.0*PI*step*dt/{motion.period_s!r}"
         turning = f" rotate v_move_{wall.name} " + " ".join(repr(float(at)) for at in (*motion.origin_m, *motion.axis))
-    for k, words in enumerate(regions(read_stl(run_dir / wall.stl, name=wall.name).vertices, wall.name)):
+    for k, words in enumerate(regions(read_stl(run_dir / wall.stl, name=wall.name))):
         yield f"region p_{wall.name}_{k} {words}{turning}"
         for pair in (p for p in scene.pairs if p.b == 0):
             name = f"wall_{wall.name}_{k}_{pair.a}"

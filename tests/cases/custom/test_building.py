@@ -15,6 +15,7 @@ import pywet
 from pywet.cases.custom.building import Building, write
 from pywet.cli import scene_check
 from pywet.cli.app import app
+from pywet.planning import time_steps
 from pywet.products.deck import Stroke
 from pywet.scene import EngineScene
 from tests.cases.custom.conftest import beads, example
@@ -56,8 +57,63 @@ def test_spheres_lie_in_their_region_and_do_not_touch() -> None:
     assert (at.min(axis=0) >= np.array(box["low_mm"]) + 1.5).all() and (
         at.max(axis=0) <= np.array(box["high_mm"]) - 1.5
     ).all()
+    assert at[:, 2].max() < 20  # the lowest part, at a solid fraction of 0.28 or a little less
     low, high = made.box
     assert (low < at.min(axis=0) * 1e-3 - 0.0015).all() and (high > at.max(axis=0) * 1e-3 + 0.0015).all()
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "more"),
+    [
+        ({"density_kg_per_m3": 7800}, {"density_kg_per_m3": 2500}, {"stiffness_N_per_m": 2e5}),
+        (
+            {"density_kg_per_m3": 1100, "youngs_modulus_Pa": 1e6, "poissons_ratio": 0.4},
+            {"density_kg_per_m3": 7800, "youngs_modulus_Pa": 1e8, "poissons_ratio": 0.3}, {},
+        ),
+    ],
+    ids=["linear", "hertz"],
+)  # fmt: skip
+def test_the_order_of_spheres_changes_no_time_step(
+    first: dict[str, float], second: dict[str, float], more: dict[str, float]
+) -> None:
+    """A large sphere and a small one, whose own contacts have the default stiffness, or another Rayleigh time and overlap."""
+    entries = [
+        {"name": "large", "material": "first", "diameter_mm": 10, "at_mm": [[0, 0, 0]]},
+        {"name": "small", "material": "second", "diameter_mm": 1, "at_mm": [[20, 0, 0]]},
+    ]
+    hertz = {} if more else {"contact": "hertz", "wall_material": "second"}
+    given = {
+        "materials": {"first": first, "second": second},
+        "contacts": [{"between": ["first", "second"], **more}],
+        **hertz,
+    }
+    made, swapped = (Building(pywet.Scene(**beads(spheres=e, **given))) for e in (entries, entries[::-1]))
+    assert made.time_step == swapped.time_step
+    if more:  # a tenth, cut to two digits
+        assert 0.9 < made.time_step / (0.1 * time_steps.packed_step(made.classes, made.pairs)) <= 1.0
+    limits, others = (sorted(m.time_step_s for m in time_steps.advise(b.scene()).limits) for b in (made, swapped))
+    assert limits == pytest.approx(others, rel=1e-9)
+    lines, reverse = (sorted(" ".join(b.plan.contact).replace(",", "").split()) for b in (made, swapped))
+    assert lines == reverse
+
+
+def test_a_plan_does_not_depend_on_the_height_of_a_wall() -> None:
+    """At 0.1 m/s, (ln(1 + 2 h/S_min) + v sqrt(m/(2 k))/S_min)/St of films of 20 um, 1/St = 3 pi eta r^2/(m v), S_min = r/1000."""
+    shaken = {"amplitude_mm": (0, 0, 0.3), "frequency_Hz": 0.1 / (2 * math.pi * 3e-4)}
+    given = {
+        "materials": {"glass": {"density_kg_per_m3": 2500, "stiffness_N_per_m": 1e5}},
+        "liquid": {"film_um": 20, "viscosity_Pa_s": 1e-3},
+        "effects": {"decide": "tolerance", "tolerance": {"value": 0.01, "source": "assumption", "reason": "a test"}},
+    }
+    numbers = []
+    for height in (60, 300):
+        vessel = {"inner_width_mm": 60, "height_mm": height, "origin_mm": (10, 10, -1)}
+        made = Building(pywet.Scene(**beads(walls=[{"name": "cup", "vessel": vessel, "vibrates": shaken}], **given)))
+        row = made.plan.row("viscous_normal")
+        assert row.on and made.plan.effects.viscous_normal
+        numbers.append(row.number)
+    films = math.log(1 + 40e-6 / 1.5e-6) + 0.1 * math.sqrt(0.5 * SPHERE_KG / 1e5) / 1.5e-6
+    assert numbers == pytest.approx([3 * math.pi * 1e-3 * 1.5e-3**2 / (SPHERE_KG * 0.1) * films] * 2, rel=1e-9)
 
 
 def test_the_box_holds_walls_wherever_they_move() -> None:
