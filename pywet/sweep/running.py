@@ -63,7 +63,7 @@ def carry_out(
     plan: Plan, runs: Sequence[Run], cores: int = 1, ranks: int | None = None, report: Report = lambda done, of: None
 ) -> None:
     """Execute runs, on several cores in child processes that end with this one; a failed point does not stop others."""
-    together = at_a_time(plan.kind, len(runs), cores, ranks)
+    together, _ = at_a_time(plan.kind, len(runs), cores, ranks)
     if together == 1:
         for k, run in enumerate(runs):
             report(k, len(runs))

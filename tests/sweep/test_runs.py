@@ -202,7 +202,7 @@ def test_the_name_of_a_point_depends_on_the_code_that_computes_it(
 @pytest.mark.parametrize(
     ("engine", "ranks", "seconds", "cores", "together", "says"),
     [
-        (False, 1, [0.1] * 600, 16, 1, "1 min on 1 core,"),
+        (False, 4, [0.1] * 600, 16, 1, "1 min on 1 core,"),
         (True, 1, [3600.0], 16, 1, "60 min on 1 core,"),
         (True, 1, [60.0] * 24, 2, 2, "12 min on 2 cores,"),
         (True, 1, [60.0, 7200.0], 16, 2, "2 h on 2 cores,"),
