@@ -188,7 +188,9 @@ def _digests(files: Iterable[tuple[Path, str]]) -> list[str]:
 @cache
 def _program() -> bytes:
     """Return the digest of the code that a run executes and that evaluates it, the engine's plugin and the engine's version."""
-    return sources.digest([*sources.of_a_run(), *sources.of(sources.EVALUATION)], package_version("liggghts") or "").encode()
+    return sources.digest(
+        sources.of_a_run(), sources.digest_of_evaluation(), package_version("liggghts") or ""
+    ).encode()
 
 
 def _number(value: float, quantity: str, settings: Mapping[str, float]) -> float:
