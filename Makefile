@@ -1,9 +1,10 @@
 # The two commands: `make run` and `make test`. Each sets up what it needs.
 CORES ?= $(shell nproc)
-SCALE ?= $(shell sed -n 's/^scale: *\([a-z]*\).*/\1/p' config/config.yaml)
 ENGINE ?= liggghts
-RESULTS = results/$(SCALE)$(if $(filter-out liggghts,$(ENGINE)),_$(ENGINE))
 PYTHON := .venv/bin/python
+CHOSEN = $(if $(SCALE),scale=$(SCALE)) engine=$(ENGINE)
+CONFIGURED = $(shell $(PYTHON) -c "from pywet import config; print(config.load('config').settings.scale)" 2>/dev/null)
+REPORT = results/$(or $(SCALE),$(CONFIGURED))$(if $(filter-out liggghts,$(ENGINE)),_$(ENGINE))/report.html
 
 # Cores go to cases and tests, not to small matrices: threads that wait for each other on busy cores are 20 times slower.
 export OPENBLAS_NUM_THREADS ?= 1
@@ -44,13 +45,13 @@ cluster:  ## the workflow on a SLURM of this machine, as root; skipped where Deb
 
 run: $(if $(filter-out liggghts,$(ENGINE)),peers,essentials)  ## the 18 screening cases, cross-check and report; then a sweep of 24 small runs. ENGINE=yade: in YADE
 	@$(PYTHON) -m pywet.cli.workflow_lock
-	@status=0; .venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) engine=$(ENGINE) || status=$$?; \
+	@status=0; .venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config $(CHOSEN) || status=$$?; \
 	[ $(ENGINE) != liggghts ] || .venv/bin/pywet sweep examples/sweeps/small_drum.yaml --cores $(CORES) || status=$$?; \
-	[ ! -e $(RESULTS)/report.html ] || echo "The report is in $(RESULTS)/report.html"; exit $$status
+	report=$(REPORT); [ ! -e $$report ] || echo "The report is in $$report"; exit $$status
 
 report: $(if $(filter-out liggghts,$(ENGINE)),peers,essentials)  ## the report, with the cases that it still needs. ENGINE=yade: in YADE
 	@$(PYTHON) -m pywet.cli.workflow_lock
-	.venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) engine=$(ENGINE) -- report
+	.venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config $(CHOSEN) -- report
 
 full: essentials  ## the 18 cases at full scale, days on two cores; goes on where it was stopped
 	$(PYTHON) -m studies.full_scale.campaign --cores $(CORES)

@@ -225,15 +225,23 @@ def hold(run_dir: Path, shared: bool = False) -> Iterator[None]:
     if shared and not os.path.lexists(run_dir / LOCK) and not os.access(run_dir, os.W_OK):
         yield  # a read-only run that no process is writing
         return
-    lock = _locked(run_dir, LOCK, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
-    _held[key] = lock
+    _held[key] = _locked(run_dir, LOCK, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
     try:
         if not shared:
             drop_temporary(run_dir)
         yield
     finally:
-        del _held[key]
-        os.close(lock)
+        os.close(_held.pop(key))
+
+
+def make_way(run_dir: Path) -> Path:
+    """Move a locked run directory aside and lock a new one in its place; return the new path of the earlier one."""
+    aside, key = set_aside(run_dir), _key(run_dir)
+    claim(run_dir)
+    lock = _locked(Path(run_dir), LOCK, fcntl.LOCK_EX)
+    os.close(_held[key])
+    _held[key] = lock
+    return aside
 
 
 @contextmanager
@@ -298,6 +306,13 @@ def _locked(run_dir: Path, name: str, how: int) -> int:
         there = _same(lock, run_dir / name)
     except BlockingIOError:
         there = False
+    except OSError as error:
+        os.close(lock)
+        raise FileError(
+            f"{shown(run_dir / name)} could not be locked ({error.strerror}); expected a file system with locks: name a "
+            "folder on another one, or have it mounted with them (Lustre: option flock)",
+            path=run_dir / name, code="lock.unsupported",
+        ) from error  # fmt: skip
     if not there:  # locked, or moved aside by a call that held the lock until now
         os.close(lock)
         raise PywetError(

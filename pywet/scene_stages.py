@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from contextlib import AbstractContextManager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -103,10 +103,10 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
     if not str(folder):
         raise PywetError("the folder of the run is empty; expected the path of a run directory", code="scene.no_folder")
     where, word = Path(folder), fingerprint(scene)
-    with record.held(where, word):
+    begin = partial(record.begin, where, word, fingerprint(scene.model_copy(update={"seed": record.ANY_SEED})))
+    with run_folder.hold(where):
         blocks = until.under_way(where) if scene.until and record.left_identity(where) == word else None
-        record.leave_identity(where, word, fingerprint(scene.model_copy(update={"seed": record.ANY_SEED})))
-        building.write(scene, where, blocks)
+        building.write(scene, where, blocks, begin)
         record.leave_reference(where, placed_laws(scene.laws, scene.folder, scene.file is None).reference)
         stages.simulate(where, ranks, progress, extend=until.extension(scene.until) if scene.until else None)
         results.write(where)
@@ -115,11 +115,6 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
         except PywetError as unreadable:
             return [str(unreadable), *verdict.objections(RunDir(where))]
         return verdict.objections(RunDir(where))
-
-
-def held(scene: Scene, folder: Path) -> AbstractContextManager[None]:
-    """Lock a folder for the run of this scene, see `record.held`."""
-    return record.held(folder, fingerprint(scene))
 
 
 def fingerprint(scene: Scene) -> str:

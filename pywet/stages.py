@@ -10,6 +10,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,8 +68,9 @@ def carry_out(
 ) -> Status | None:
     """Run the stages of a case that its locked folder lacks; return the status of one that failed, which ends the run.
 
-    A finished run lacks none, or the replay if user reference implementations have changed. `say` is given sentences
-    on what is run and how long it takes; without it the engine displays no progress either.
+    A finished run lacks none, the replay if user reference implementations have changed, or results and replay if the code
+    that evaluates it has. `say` is given sentences on what is run and how long it takes; without it the engine displays
+    no progress either.
     """
     tell = say or (lambda sentence: None)
     work = {
@@ -79,11 +81,15 @@ def carry_out(
     }
     if same_run(config, case, scale, run_dir, engine):
         tell(f"{run_dir} holds this very run: nothing it depends on has changed")
-        if record.same_reference(run_dir, config.settings.laws.reference):
+        if not record.evaluated_by_this_code(run_dir):
+            tell("except the code that evaluates it: it is evaluated and replayed again")
+            work = {stage: work[stage] for stage in ("results", "replay")}
+        elif not record.same_reference(run_dir, config.settings.laws.reference):
+            tell("except user reference implementations: it is replayed again")
+            work = {"replay": work["replay"]}
+        else:
             return None
-        tell("except user reference implementations: it is replayed again")
         record.leave_reference(run_dir, config.settings.laws.reference)
-        work = {"replay": work["replay"]}
     for stage in work:
         if stage == "simulate" and engine == "liggghts" and say:
             _advise(config, case, scale, say)
@@ -105,13 +111,13 @@ def _advise(config: Config, case: int, scale: str, say: Callable[[str], object])
 
 
 def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> None:
-    """Run the stage scene: configuration -> run directory."""
+    """Run the stage scene: configuration -> run directory, from which another run is moved aside."""
     from pywet.cases.screening import cases
 
-    cases.build(config, case, scale, run_dir)
-    record.leave_reference(run_dir, config.settings.laws.reference)
     seedless = fingerprint(config.with_seed(record.ANY_SEED), case, scale, engine)
-    record.leave_identity(run_dir, fingerprint(config, case, scale, engine), seedless)
+    begin = partial(record.begin, run_dir, fingerprint(config, case, scale, engine), seedless)
+    cases.build(config, case, scale, run_dir, begin)
+    record.leave_reference(run_dir, config.settings.laws.reference)
 
 
 def same_run(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import os
 import shutil
 import socket
@@ -71,6 +73,10 @@ def written(folder: Path, text: str | bytes, name: str = "file") -> Path:
     path = folder / name
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return path
+
+
+def without_locks(*_: object) -> None:
+    raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
 
 
 def no_fit(*_: object, **__: object) -> None:
@@ -301,6 +307,7 @@ def mistakes() -> dict[str, Call]:
         "law.not_plain": lambda _: force_law.force_law(3),  # type: ignore[call-overload]
         "law.unknown": lambda _: checks.kind_of("rabinovitch"),
         "liggghts.headers": lambda _: patched(process, "package_version", lambda _: None, build.engine_version),
+        "lock.unsupported": lambda folder: patched(fcntl, "flock", without_locks, hold(folder).__enter__),
         "lock.unwritten": lambda folder: [(folder / LOCK).mkdir(), hold(folder).__enter__()],
         "option.case": lambda _: options._case("mill.yaml"),
         "option.range": lambda _: LIMITS["case"].read("CASE", "-1"),

@@ -17,6 +17,7 @@ import pytest
 from pywet import config, run_folder, stages
 from pywet.cases.screening import identity
 from pywet.runs import record
+from pywet.util import sources
 
 ROOT = Path(__file__).parent.parent
 CASES = "cases=[2,10,11]"
@@ -45,8 +46,9 @@ NAMED = """preset: paper
     rupture: second.py:reach"""
 
 
-def snakemake(folder: Path, *arguments: str) -> str:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(folder / "cache")}
+def snakemake(folder: Path, *arguments: str, code: Path = ROOT) -> str:
+    """What Snakemake prints in a folder; `code`: folder of modules that it finds first."""
+    environment = {**os.environ, "PYTHONPATH": f"{code}:{ROOT}", "XDG_CACHE_HOME": str(folder / "cache")}
     command = [sys.executable, "-m", "snakemake", "--cores", "1", *arguments]
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -143,6 +145,13 @@ def test_a_second_function_asks_for_evaluations_alone(edited: Path) -> None:
     assert not re.search("^rule (scene|simulate):", text, flags=re.MULTILINE)
 
 
+def test_changed_code_of_evaluation_asks_for_evaluations_alone(edited: Path, tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text("from pywet.util import sources\nsources.EVALUATION = ('products',)\n")
+    text = snakemake(edited, "-n", "--config", CASES, code=tmp_path)
+    assert set(re.findall(r"output: results/\w+/(\w+)/status/results.json", text)) == POM | GLASS
+    assert not re.search("^rule (scene|simulate):", text, flags=re.MULTILINE)
+
+
 def test_some_cases_leave_the_report_of_all_as_it_is(edited: Path) -> None:
     """A part of the cases has a report of its own name, and runs nothing again."""
     text = snakemake(edited, "-n", "--config", "cases=11", "both_presets=false")
@@ -158,22 +167,24 @@ def test_another_folder_of_the_configuration_has_separate_results(edited: Path) 
     assert made == {"mine/smoke"} and len(re.findall("^rule simulate:", text, flags=re.MULTILINE)) == 2
 
 
-def test_a_changed_reference_implementation_repeats_the_replay_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Of a finished run: none of its stages, or the replay, and the sentences on it."""
+def test_changed_code_repeats_evaluations_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a finished run: results and replay for the program's code, the replay for a user's reference implementation, or none."""
     run, law, heard, done = tmp_path / "run", tmp_path / "law.py", list[str](), list[Path]()
     monkeypatch.setattr(stages, "same_run", lambda *_: True)
     monkeypatch.setattr(stages, "replay", done.append)
     laws = SimpleNamespace(reference={"rupture": f"{law}:reach"})
     configured: Any = SimpleNamespace(settings=SimpleNamespace(laws=laws))
+    monkeypatch.setattr(stages, "results", done.append)
     run_folder.claim(run)
-    for stage in ("scene", "simulate"):
-        stages.Status(stage, True, 1.0).write(run)
-    for text, replays, lines in (("first", 1, 2), ("first", 1, 3), ("second", 2, 5)):
+    for stage in ("scene", "simulate", "results", "replay"):
+        record.attempt(run, stage, lambda: None)
+    for text, code, evaluations, lines in (
+        ("first", "one", 2, 2), ("first", "one", 2, 3), ("second", "one", 3, 5), ("second", "two", 5, 7), ("second", "two", 5, 8)
+    ):  # fmt: skip
         law.write_text(text)
+        monkeypatch.setattr(sources, "digest_of_evaluation", lambda code=code: code)
         assert stages.carry_out(configured, 2, "smoke", run, say=heard.append) is None
-        assert (len(done), len(heard)) == (replays, lines)
+        assert (len(done), len(heard)) == (evaluations, lines)
 
 
 def test_a_folder_that_holds_this_very_run_is_known(tmp_path: Path) -> None:
@@ -185,7 +196,7 @@ def test_a_folder_that_holds_this_very_run_is_known(tmp_path: Path) -> None:
     for name in (*(f"{name}.parquet" for name in there), "engine/run.json", "summary.json"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
-    for stage in ("simulate", "results", "replay"):
+    for stage in ("scene", "simulate", "results", "replay"):
         stages.Status(stage, True, 1.0).write(tmp_path)
     assert not stages.same_run(configured, 10, "smoke", tmp_path)
     record.leave_identity(tmp_path, f"liggghts {word}")

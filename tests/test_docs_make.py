@@ -78,6 +78,38 @@ def test_the_report_is_of_the_engine_that_is_named(checkout: Path) -> None:
     assert "results/smoke_yade/" in printed and "results/smoke/" not in printed
 
 
+@pytest.mark.parametrize("target", ["run", "report"])
+def test_the_scale_is_that_of_the_configuration_unless_one_is_given(checkout: Path, target: str) -> None:
+    """By its reader, which allows names of letters, digits and signs, quoted, with a comment behind them."""
+    (checkout / "config").unlink()
+    shutil.copytree(ROOT / "config", checkout / "config")
+    for name, old, new in (
+        ("config.yaml", "scale: smoke", 'scale: "smoke-Wide_2" # mine'), ("scales.yaml", "\n  smoke:", "\n  smoke-Wide_2:")
+    ):  # fmt: skip
+        text = (checkout / "config" / name).read_text()
+        assert text.count(old) == 1
+        (checkout / "config" / name).write_text(text.replace(old, new))
+    words = ("-n", "-o", "essentials", target)
+    assert "--config engine=liggghts" in (configured := make(checkout, *words))
+    assert "--config scale=reduced engine=liggghts" in (given := make(checkout, *words, "SCALE=reduced"))
+    if target == "run":
+        assert "results/smoke-Wide_2/report.html" in configured and "results/reduced/report.html" in given
+
+
+def test_a_moved_or_copied_checkout_is_set_up_again(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """The programs of its .venv have the path of the first folder in them; a second call there has nothing to do."""
+    python3, moved = checkout / "bin" / "python3", tmp_path_factory.mktemp("other") / "moved"
+    python3.write_text('#!/bin/sh\n[ "$2" != venv ] || echo "#!$(pwd -P)/.venv/bin/python" >>.venv/bin/pip\n')
+    python3.chmod(0o755)
+    installed = []
+    for folder in (checkout, checkout, moved, moved):
+        if not folder.exists():
+            shutil.copytree(checkout, folder, symlinks=True)
+        installed.append("Python packages into .venv" in make(folder, "essentials"))
+    assert installed == [True, False, True, False]
+    assert (moved / ".venv/bin/pip").read_text().split() == [f"#!{f}/.venv/bin/python" for f in (checkout, moved)]
+
+
 @pytest.mark.slow
 def test_lint() -> None:
     check_shown("make lint", make(ROOT, "-o", "setup", "lint"))

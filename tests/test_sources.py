@@ -42,6 +42,23 @@ def test_a_run_goes_through_no_file_that_is_not_in_the_list() -> None:
     assert {str(p.relative_to(ROOT)) for p in (ROOT / "liggghts_inputs").glob("*.j2")} <= listed
 
 
+def test_an_evaluation_goes_through_no_file_that_is_not_in_a_list() -> None:
+    """Building, results, checks and replay; what the configuration's reader and the planned cost give is in the scene."""
+    cases, scenes = ("pywet.cases.screening.", "pywet.cases.custom.")
+    names = {f"{cases}cases", f"{cases}results", f"{cases}verdict", f"{scenes}building", f"{scenes}results"}
+    names |= {
+        "pywet.products.screening_report",
+        "pywet.products.until",
+        "pywet.planning.audit",
+        "pywet.cases.script.folder",
+    }
+    found = {ROOT / f"{name.replace('.', '/')}.py" for name in reached(names)}
+    listed = {path.resolve() for path in (*sources.of_a_run(), *sources.of(sources.EVALUATION))}
+    missing = {path.relative_to(ROOT).parts[1] for path in found if path.exists() and path not in listed}
+    assert missing <= {"config"}
+    assert {*(ROOT / "reference_impl").rglob("*.py")} <= listed
+
+
 def test_checkpoints_identities_and_calibrations_change_with_the_list(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

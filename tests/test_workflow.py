@@ -23,6 +23,7 @@ import pytest
 from pywet import config, run_folder, stages
 from pywet.cli import workflow_lock
 from pywet.runs import record
+from pywet.util.files import write_json
 from tests.error_codes import raises_code
 
 ROOT = Path(__file__).parent.parent
@@ -154,6 +155,22 @@ def test_a_job_on_a_folder_in_use_is_refused_before_its_first_stage(tmp_path: Pa
     with run_folder.hold(run), ThreadPoolExecutor(1) as other, raises_code("lock.active", where=str(run)):
         other.submit(runpy.run_path, str(script), {"snakemake": given}).result()
     assert not status.parent.exists()
+
+
+def test_a_mistake_and_its_correction_leave_a_run_where_it_is(folder: Path) -> None:
+    """A feed bin that cannot hold the feed, and one that can again: the status of the scene, and the run that was there."""
+    run, scales = folder / "case01", folder / "config" / "scales.yaml"
+    sound, status = scales.read_text(), run / "status" / "scene.json"
+    params = SimpleNamespace(config=folder / "config", number=1, preset=None, scale="smoke", engine="liggghts", seed=1)
+    given = SimpleNamespace(output=SimpleNamespace(status=status), params=params, log=[folder / "log"])
+    for text, code in ((sound, None), (sound.replace("feed_bin_height_mm: {value: 120", "feed_bin_height_mm: {value: 20"),
+                                       "packing.crowded"), (sound, None)):  # fmt: skip
+        scales.write_text(text)
+        runpy.run_path(str(ROOT / "workflow" / "scripts" / "scene.py"), {"snakemake": given})
+        assert record.Status.read(run, "scene").code == code
+        with run_folder.hold(run):
+            write_json(run / "engine" / "run.json", code)
+    assert not [*folder.glob("case01.*")] and json.loads((run / "scene.json").read_text())["name"] == "case01"
 
 
 def _by_hand(folder: Path, failed: str | None = None) -> Path:

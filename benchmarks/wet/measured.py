@@ -171,7 +171,7 @@ def turn() -> None:
                 if (tension, viscosity, seed) not in have:
                     choice = Wetted(spheres=200, seed=seed, viscosity_Pa_s=viscosity, tension=tension)
                     with tempfile.TemporaryDirectory(prefix="pywet-drum-") as name:
-                        angle = scenes.drum(Path(name), choice)["dynamic_angle_deg"]
+                        angle = scenes.run("drum", Path(name), choice)["dynamic_angle_deg"]
                     rows.append({"tension": tension, "viscosity": viscosity, "seed": seed, "angle": round(angle, 3)})
                     write_csv(pd.DataFrame(rows), store)
                     print(rows[-1], flush=True)

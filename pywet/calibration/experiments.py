@@ -187,8 +187,10 @@ def _digests(files: Iterable[tuple[Path, str]]) -> list[str]:
 
 @cache
 def _program() -> bytes:
-    """Return the digest of the code that a run executes, the engine's plugin and the engine's version."""
-    return sources.digest([*sources.of_a_run(), *sources.of(("cases",))], package_version("liggghts") or "").encode()
+    """Return the digest of the code that a run executes and that evaluates it, the engine's plugin and the engine's version."""
+    return sources.digest(
+        sources.of_a_run(), sources.digest_of_evaluation(), package_version("liggghts") or ""
+    ).encode()
 
 
 def _number(value: float, quantity: str, settings: Mapping[str, float]) -> float:

@@ -86,6 +86,7 @@ def run_scene(
     verbose: Verbose = False,
 ) -> None:
     """Run a user-defined scene: build, simulate, evaluate, replay, write time series, picture and report."""
+    from pywet import run_folder
     from pywet import scene_stages as commands
     from pywet.cases.custom import building
     from pywet.cli import ending
@@ -119,7 +120,7 @@ def run_scene(
         runs[folder.with_name(f"{folder.name}-{first + k}")] = description.with_(seed=first + k)
     with ExitStack() as held:  # held until the page is written: another call would move the run aside meanwhile
         for where, what in runs.items():
-            held.enter_context(commands.held(what, where))
+            held.enter_context(run_folder.hold(where))
             commands.finish(what, where, ranks, progress=True)
         commands.view(folder)
         ending.show(list(runs), verbose)
@@ -237,7 +238,7 @@ def sweep(
     asked = plan.read(Path(words[0]), out_dir, trust=trust)
     with machine_code.compiling("laws" if asked.kind.engine else f"sweep-{asked.sweep.base.kind}"):
         if check:
-            sweep_command.check(asked, cores, tell)
+            sweep_command.check(asked, cores, ranks, tell)
             return
         made = sweep_command.carry_out(asked, cores, ranks, more, tell)
     if failed := sweep_command.failures(made):

@@ -131,7 +131,6 @@ def run(
     from pywet import stages
     from pywet.cli import ending
     from pywet.engines.choice import chosen
-    from pywet.runs import record
 
     loaded = stages.resolved(config, preset, engine=engine, seed=seed, trust=trust)
     ranks = loaded.settings.ranks if ranks is None else ranks
@@ -146,8 +145,8 @@ def run(
         for k in range(seeds):
             folders.append(folder if k == 0 else folder.with_name(f"{folder.name}-{first + k}"))
             seeded = loaded.with_seed(first + k)
-            word = stages.fingerprint(seeded, case, name, engine)
-            held.enter_context(record.held(folders[-1], word))
+            stages.fingerprint(seeded, case, name, engine)  # a mistake is refused before the folder is made
+            held.enter_context(run_folder.hold(folders[-1]))
             _run(seeded, case, name, folders[-1], engine, ranks)
         ending.show(folders, verbose)
 

@@ -10,8 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from typing import Any
 from pywet import run_folder
 from pywet.errors import PywetError, one_line, refused
 from pywet.laws import custom_laws
+from pywet.util import sources
 from pywet.util.file_list import remove
 from pywet.util.files import AGAIN, Model, read_bytes, read_json, read_model, write_json
 from pywet.util.notices import notice
@@ -59,6 +59,8 @@ class Status:
     failed_at: str | None = None
     reason: str | None = None
     code: str | None = None
+    program: str | None = None
+    """Digest of the code that evaluates runs, `sources.EVALUATION`."""
 
     @classmethod
     def read(cls, run_dir: Path, stage: str) -> Status:
@@ -92,7 +94,8 @@ def attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool = Tr
     if status.ok:
         reason, code, fault = _failure(work)
         failed_at = None if reason is None else stage
-        status = Status(stage, reason is None, time.monotonic() - started, failed_at, reason, code)
+        wall_s, program = time.monotonic() - started, sources.digest_of_evaluation()
+        status = Status(stage, reason is None, wall_s, failed_at, reason, code, program)
     else:
         status = replace(status, stage=stage, wall_s=0.0)
     status.write(run_dir)
@@ -138,7 +141,12 @@ def outcome(run_dir: Path, alone: bool = False) -> Status:
 
 def finished(run_dir: Path) -> bool:
     """Return whether a folder contains a run that was simulated, evaluated and replayed, with all its files."""
-    return all(Status.read(run_dir, s).ok for s in ("simulate", "replay", "results")) and not missing(run_dir)
+    return all(Status.read(run_dir, s).ok for s in NEEDS if s != "vtk") and not missing(run_dir)
+
+
+def evaluated_by_this_code(run_dir: Path) -> bool:
+    """Return whether the code that evaluated and replayed a run has not changed since."""
+    return all(Status.read(run_dir, s).program == sources.digest_of_evaluation() for s in ("results", "replay"))
 
 
 def missing(run_dir: Path) -> str | None:
@@ -186,18 +194,18 @@ def _identity(run_dir: Path) -> Identity:
         return Identity("")
 
 
-@contextmanager
-def held(run_dir: Path, word: str) -> Iterator[None]:
-    """Lock a run directory for a run with this fingerprint; one with another fingerprint is moved aside with a notice."""
-    with run_folder.hold(run_dir):
-        there = any((Path(run_dir) / name).exists() for name in ("engine", "engine.partial", "trajectory.parquet"))
-        if not there or left_identity(run_dir) == word:
-            yield
-            return
-        aside = run_folder.set_aside(run_dir)
-    notice.warning(f"{run_dir} held a run of another configuration or version of pywet, which is {aside} from now on")
-    with run_folder.hold(run_dir):
-        yield
+def begin(run_dir: Path, word: str, seedless: str | None = None) -> None:
+    """Give a locked folder to the run with this fingerprint; one with another fingerprint is moved aside with a notice.
+
+    Called when the run is built and before it is written, so that a run that cannot be built leaves the other in its place.
+    """
+    there = any((Path(run_dir) / name).exists() for name in ("engine", "engine.partial", "trajectory.parquet"))
+    if there and left_identity(run_dir) != word:
+        aside = run_folder.make_way(run_dir)
+        notice.warning(
+            f"{run_dir} held a run of another configuration or version of pywet, which is {aside} from now on"
+        )
+    leave_identity(run_dir, word, seedless)
 
 
 def leave_reference(run_dir: Path, functions: Mapping[Any, str]) -> None:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from pywet.runs.loaded import Run
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Base, Point
+from pywet.util import sources
 
 Numbers = dict[str, float | None]
 """Result -> value; None if a run has none, such as ruptures of a dry one."""
@@ -26,6 +27,11 @@ class Built(NamedTuple):
 
     name: str
     given: Any
+
+
+def stored_name(kind: str, word: str, module: str) -> str:
+    """Return the name in the store of the run with this fingerprint, from which the module of this file gathers numbers."""
+    return f"{kind}-{sources.digest([Path(module)], word, sources.digest_of_evaluation())[:16]}"
 
 
 class Kind(ABC):

@@ -20,7 +20,7 @@ from pywet.config.loading import begun, parse, placed_laws, read_yaml
 from pywet.errors import ConfigError
 from pywet.laws import custom_laws as user_laws
 from pywet.sweep import costs, run_numbers
-from pywet.sweep.base_kind import Built, Kind, Numbers, number
+from pywet.sweep.base_kind import Built, Kind, Numbers, number, stored_name
 from pywet.sweep.case_base import OfCase
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Base, Point
@@ -113,7 +113,7 @@ class OfScene(Kind):
         scene = description.Scene(**{**content, "folder": self.file.parent, "file": self.file})
         scene = scene.with_(seed=scene.seed + seed)
         placed_laws(scene.laws, scene.folder, self.trust)
-        return Built(f"scene-{commands.fingerprint(scene)}", scene)
+        return Built(stored_name("scene", commands.fingerprint(scene), run_numbers.__file__), scene)
 
     def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
         return run_numbers.numbers(commands.run(built.given, folder, ranks))

@@ -21,7 +21,7 @@ from pywet.errors import ConfigError, PywetError
 from pywet.runs.loaded import Run
 from pywet.runs.rundir import RunDir
 from pywet.sweep import costs, run_numbers
-from pywet.sweep.base_kind import Built, Kind, Numbers
+from pywet.sweep.base_kind import Built, Kind, Numbers, stored_name
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Point
 
@@ -112,8 +112,8 @@ class OfCase(Kind):
         changed = replace(
             self.config, settings=chosen, materials=parts["materials"], scales=parts["scales"], cases={row.case: row}
         )
-        word = stages.fingerprint(changed, row.case, self.scale).rpartition(" ")[2]
-        return Built(f"case-{word}", (changed, row.case))
+        word = stages.fingerprint(changed, row.case, self.scale)
+        return Built(stored_name("case", word, run_numbers.__file__), (changed, row.case))
 
     def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
         config, number = built.given

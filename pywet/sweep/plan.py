@@ -209,8 +209,16 @@ def refuse_untrusted(file: Path, function: Function) -> None:
         )  # fmt: skip
 
 
-def lines(plan: Plan, costs: list[tuple[Run, Cost]], cores: int) -> list[str]:
-    """Return the lines of the plan that are printed before the runs."""
+def at_a_time(kind: Kind, runs: int, cores: int, ranks: int | None = None) -> tuple[int, int]:
+    """Return the number of runs that are executed at a time, and of the cores of each; `ranks`: if not those of the base."""
+    if not kind.engine:
+        return 1, 1
+    each = min(cores, ranks or kind.ranks)
+    return max(1, min(runs, cores // each)), each
+
+
+def lines(plan: Plan, costs: list[tuple[Run, Cost]], cores: int, ranks: int | None = None) -> list[str]:
+    """Return the lines of the plan that are printed before the runs; arguments as in `at_a_time`."""
     runs, points_, seeds = len(plan.runs), len(plan.points), plan.sweep.seeds
     left_out = plan.sweep.count // seeds + len(plan.added) - points_
     stored = len({run.built.name for run in plan.runs}) - len(costs)
@@ -221,7 +229,9 @@ def lines(plan: Plan, costs: list[tuple[Run, Cost]], cores: int) -> list[str]:
     same = f", {shared} have the inputs of others" if (shared := runs - len(costs) - stored) else ""
     takes = "time and disk unknown before one run is in the store"
     if all(c.known for _, c in costs):
-        on = f"{duration(seconds / cores)} on {cores} core{'s' if cores > 1 else ''}"
+        together, each = at_a_time(plan.kind, len(costs), cores, ranks)
+        longest, used = max((c.seconds for _, c in costs), default=0.0), together * each
+        on = f"{duration(max(longest / each, seconds / used))} on {used} core{'s' if used > 1 else ''}"
         takes = f"about {hours(seconds)}, {on}, {disk / 1e9:.2g} GB"
     return [
         f"{plan.sweep.name}: {points_} points, {runs} runs{f' ({seeds} seeds)' if seeds > 1 else ''}{constrained}",

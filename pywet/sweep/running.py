@@ -15,7 +15,7 @@ from pywet.ending import die_with_parent
 from pywet.errors import PywetError, one_line, refused
 from pywet.sweep import costs
 from pywet.sweep.base_kind import Kind
-from pywet.sweep.plan import Plan, Run
+from pywet.sweep.plan import Plan, Run, at_a_time
 from pywet.sweep.store import Store
 from pywet.util.notices import notice
 
@@ -63,13 +63,14 @@ def carry_out(
     plan: Plan, runs: Sequence[Run], cores: int = 1, ranks: int | None = None, report: Report = lambda done, of: None
 ) -> None:
     """Execute runs, on several cores in child processes that end with this one; a failed point does not stop others."""
-    if not plan.kind.engine or cores == 1 or len(runs) < 2:
+    together, _ = at_a_time(plan.kind, len(runs), cores, ranks)
+    if together == 1:
         for k, run in enumerate(runs):
             report(k, len(runs))
             do(plan.kind, run, plan.store, ranks)
         return
     spawning = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(cores, len(runs)), spawning, _begin, (os.getpid(),)) as pool:
+    with ProcessPoolExecutor(together, spawning, _begin, (os.getpid(),)) as pool:
         jobs = [pool.submit(do, plan.kind, run, plan.store, ranks) for run in runs]
         try:
             for k, job in enumerate(as_completed(jobs)):

@@ -30,7 +30,7 @@ from pywet.config.loading import parse, placed_laws, read_yaml
 from pywet.engines import process
 from pywet.errors import ConfigError, PywetError
 from pywet.sweep import costs
-from pywet.sweep.base_kind import Built, Kind, Numbers, number
+from pywet.sweep.base_kind import Built, Kind, Numbers, number, stored_name
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Point, Value
 from pywet.util.files import make_folder, read_bytes, write_json
@@ -146,7 +146,7 @@ class OfScript(Kind):
         sources = [read_bytes(Path(law.rpartition(":")[0]), CURE).decode("latin-1") for law in laws]
         script, point = identity.of(str(self.file.resolve())), identity.of(texts, wet.model_dump(mode="json"), sources)
         copied = {name: files[name] for name in texts if _below(Path(name))}
-        return Built(f"script-{script}-{point}", Given(line, wet, copied, folders))
+        return Built(stored_name(f"script-{script}", point, __file__), Given(line, wet, copied, folders))
 
     def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
         if ranks > 1:

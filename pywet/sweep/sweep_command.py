@@ -22,11 +22,11 @@ Costs = list[tuple[plan.Run, Cost]]
 SUFFIXES = (".svg", ".png", ".pdf")
 
 
-def check(asked: Plan, cores: int, say: Say) -> Costs:
+def check(asked: Plan, cores: int, ranks: int | None, say: Say) -> Costs:
     """Check a whole sweep, print its cost, and return the missing runs with their predicted costs."""
     with bar("checking points") as move:
         costs = asked.cost(move)
-    for line in plan.lines(asked, costs, cores):
+    for line in plan.lines(asked, costs, cores, ranks):
         say(line)
     plan.refuse_too_much(asked, costs)
     return costs
@@ -34,7 +34,7 @@ def check(asked: Plan, cores: int, say: Say) -> Costs:
 
 def carry_out(asked: Plan, cores: int, ranks: int | None, more: int, say: Say) -> pd.DataFrame:
     """Check, execute missing runs, write table and page; `more`: number of points to add where the map is most uncertain."""
-    missing = check(asked, cores, say)
+    missing = check(asked, cores, ranks, say)
     sweep_folder.claim(asked.folder, asked.file)
     made = _run(asked, missing, cores, ranks, say)
     if more:
@@ -44,7 +44,7 @@ def carry_out(asked: Plan, cores: int, ranks: int | None, more: int, say: Say) -
             say(
                 f"{added} of {more} points are added: others between the ends of the axes are points already or cannot be run"
             )
-        missing = check(asked, cores, say)
+        missing = check(asked, cores, ranks, say)
         adaptive.write(asked)
         made = _run(asked, missing, cores, ranks, say)
     for line in finish(asked, made):

@@ -12,6 +12,8 @@ COMPILED = ("laws", "collisions")
 """Packages whose functions are compiled."""
 RUN = ("util", "laws", "geometry", "runs", "planning", "engines")
 """Packages used by a run from its scene to its tables, in addition to the modules directly in `pywet`."""
+EVALUATION = ("cases", "products", "../reference_impl")
+"""Packages that build a run and that compute its results, checks and replay, in addition to those in `RUN`."""
 TEXT = (".py", ".cpp", ".h", ".j2")
 
 
@@ -31,6 +33,12 @@ def of_a_run() -> list[Path]:
 def digest_of_a_run() -> str:
     """Return the digest of names and contents of the files of `of_a_run`."""
     return digest(of_a_run())
+
+
+@cache
+def digest_of_evaluation() -> str:
+    """Return the digest of names and contents of the files of `EVALUATION`."""
+    return digest(of(EVALUATION))
 
 
 def digest(files: Iterable[Path], *parts: str) -> str:

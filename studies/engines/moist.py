@@ -23,12 +23,11 @@ import numpy as np
 import pandas as pd
 from scipy.stats import t as student
 
-from pywet import stages
+from pywet import run_folder, stages
 from pywet.compare.quantities import RunData, read_run
 from pywet.compare.statistics import of_difference
 from pywet.engines.pipeline import RunInfo
 from pywet.errors import PywetError, border
-from pywet.runs import record
 from pywet.util.files import atomic_write, read_json
 
 CONFIG, SCALE = Path("config"), "smoke"
@@ -78,7 +77,7 @@ def simulate(case: int, engine: str, seed: int) -> Path:
     loaded = stages.resolved(CONFIG, engine=name, seed=seed)
     first = stages.resolved(CONFIG, engine=name).settings.seed
     folder = ROOTS[engine] / (loaded.case(case).name + ("" if seed == first else f"-{seed}"))
-    with record.held(folder, stages.fingerprint(loaded, case, SCALE, name)):
+    with run_folder.hold(folder):
         if failed := stages.carry_out(loaded, case, SCALE, folder, name):
             raise PywetError(f"{folder}: stage {failed.failed_at} failed: {failed.reason}")
     return folder

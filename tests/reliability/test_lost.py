@@ -6,21 +6,27 @@ import ast
 import json
 import os
 import re
+import shutil
 import stat
 import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+import pywet
 from pywet import PywetError, run_folder, shipped
 from pywet.cases.screening import identity
+from pywet.cases.small import scenes
 from pywet.cli.app import app
 from pywet.engines.run_store import forget
 from pywet.runs import record
 from pywet.util import files
+from tests.cases.custom.conftest import beads
 from tests.cases.screening import synthetic
-from tests.error_codes import raises_code
+from tests.error_codes import error_of, raises_code
 
 ROOT = Path(__file__).parents[2]
 
@@ -231,23 +237,57 @@ def test_devices_pipes_and_links_are_written_to(tmp_path: Path) -> None:
 
 
 def test_another_configuration_is_moved_aside(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """The folder of an earlier run gets a number, and a notice names it; the same configuration stays where it is."""
+    """The folder of an earlier run gets a number, and a notice names it; the same configuration stays, and each is locked."""
     run = tmp_path / "case02"
     for word in ("five", "five", "seven", "nine"):
-        with record.held(run, word):
-            record.leave_identity(run, word)
+        with run_folder.hold(run):
+            record.begin(run, word)
+            with raises_code("lock.active"), ThreadPoolExecutor(1) as other:
+                other.submit(run_folder.hold(run).__enter__).result()
             files.write_json(run / "engine" / "run.json", word)
     stored = {p.name: json.loads((p / "engine" / "run.json").read_text()) for p in tmp_path.iterdir()}
     assert stored == {"case02.1": "five", "case02.2": "seven", "case02": "nine"}
     assert f"held a run of another configuration or version of pywet, which is {run}.1" in caplog.text
 
 
+def _case(run: Path) -> None:
+    """A case whose feed bin is too low for the feed."""
+    shutil.copytree(ROOT / "config", config := run.parent / "config")
+    text = (config / "scales.yaml").read_text()
+    (config / "scales.yaml").write_text(
+        text.replace("feed_bin_height_mm: {value: 120", "feed_bin_height_mm: {value: 20")
+    )
+    result = CliRunner().invoke(app, ["run", "1", "--scale", "smoke", "--config", str(config), "--out", str(run)])
+    raise error_of(result) or AssertionError(result.output)
+
+
+CLOSE = {"name": "beads", "material": "glass", "diameter_mm": 3, "at_mm": [(0, 0, 0), (2, 0, 0)]}
+UNBUILT: dict[str, tuple[Callable[[Path], object], str]] = {
+    "case": (_case, "cli.stage_failed"),
+    "scene": (lambda run: pywet.run(pywet.Scene(**beads(spheres=[CLOSE])), run), "scene.overlap"),
+    "small scene": (lambda run: scenes.run("pull", run, scenes.Choice(seconds=1e-9)), "small.short"),
+}
+"""Kind of run -> a call of one that cannot be built, and the code of its mistake. Cases of the workflow: test_workflow.py."""
+
+
+@pytest.mark.parametrize("kind", UNBUILT)
+def test_a_run_that_cannot_be_built_leaves_the_one_in_its_folder(tmp_path: Path, kind: str) -> None:
+    run, (start, code) = tmp_path / "run", UNBUILT[kind]
+    with run_folder.hold(run):
+        record.begin(run, "earlier")
+        files.write_json(run / "engine" / "run.json", 1)
+    with raises_code(code):
+        start(run)
+    assert record.left_identity(run) == "earlier" and (run / "engine" / "run.json").exists()
+    assert not [*tmp_path.glob("run.*")]
+
+
 def test_the_working_folder_is_not_moved_aside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run_folder.claim(tmp_path)
     files.write_json(tmp_path / "engine" / "run.json", 1)
     monkeypatch.chdir(tmp_path)
-    with raises_code("folder.not_moved"), record.held(Path("."), "other"):
-        raise AssertionError("the folder was held")
+    with raises_code("folder.not_moved"), run_folder.hold(Path(".")):
+        record.begin(Path("."), "other")
 
 
 @pytest.mark.parametrize("text", ["[1]", "{}", "3", "null", '"x"', '{"identity": 4}', "{", ""])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import re
 import signal
@@ -164,6 +165,28 @@ def test_a_folder_moved_aside_while_it_is_asked_for(tmp_path: Path, monkeypatch:
     monkeypatch.setattr(run_folder.fcntl, "flock", late)
     with raises_code("lock.active"), run_folder.hold(run):
         raise AssertionError("the folder was held")
+
+
+@pytest.mark.parametrize("number", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP])
+def test_a_file_system_without_locks_is_named_and_no_file_stays_open(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    """A run that simulates, one that is read, and a part of one."""
+
+    def refused(*_: object) -> None:
+        raise OSError(number, os.strerror(number))
+
+    run_folder.claim(tmp_path)
+    monkeypatch.setattr(run_folder.fcntl, "flock", refused)
+    before = len(os.listdir("/proc/self/fd"))
+    for lock in (
+        run_folder.hold(tmp_path),
+        run_folder.hold(tmp_path, shared=True),
+        run_folder.hold_part(tmp_path, "vtk"),
+    ):
+        with raises_code("lock.unsupported"), lock:
+            raise AssertionError("the folder was held")
+    assert len(os.listdir("/proc/self/fd")) == before
 
 
 CLOCKED = {

@@ -12,7 +12,8 @@ import pytest
 from pywet import config as settings
 from pywet import stages
 from pywet.cost import needs
-from pywet.sweep import plan, running
+from pywet.sweep import plan, run_numbers, running
+from pywet.sweep.base_kind import stored_name
 from pywet.sweep.case_base import OfCase
 from pywet.sweep.plan import Plan
 from tests.error_codes import raises_code
@@ -29,13 +30,13 @@ def asked(folder: Path, **changes: Any) -> Plan:
     return plan.read(write(folder, {**CASE, **changes}), folder / "out", folder / "store")
 
 
-def test_a_point_has_the_fingerprint_that_pywet_run_gives_it(tmp_path: Path) -> None:
+def test_the_name_of_a_point_is_made_of_the_fingerprint_that_pywet_run_gives_it(tmp_path: Path) -> None:
     """The case as configured with both seeds, among the points; the other moisture has others."""
     loaded = settings.load(CONFIG)
     seeds = [loaded.with_seed(loaded.settings.seed + k) for k in range(2)]
-    words = [stages.fingerprint(one, 2, "smoke").split()[1] for one in seeds]
+    words = [stages.fingerprint(one, 2, "smoke") for one in seeds]
     found = [run.built.name for run in asked(tmp_path).runs]
-    assert found[2:] == [f"case-{word}" for word in words] and len(set(found)) == 4
+    assert found[2:] == [stored_name("case", word, run_numbers.__file__) for word in words] and len(set(found)) == 4
 
 
 @pytest.mark.parametrize(("given", "used"), [(None, 2), (1, 1)])

@@ -9,6 +9,7 @@ import re
 import signal
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from pywet.cases.small import bridge_query
 from pywet.cli.app import app
 from pywet.collisions.wall import wall
 from pywet.errors import PywetError
-from pywet.sweep import bases, plan, running, sweep_command, table
+from pywet.sweep import bases, plan, run_numbers, running, script_base, sweep_command, table
 from pywet.sweep.base_kind import Built, Kind
 from pywet.sweep.costs import UNKNOWN, Cost
 from pywet.sweep.description import Base
@@ -32,8 +33,9 @@ from pywet.sweep.store import Store
 from pywet.sweep.workflow_jobs import ALL, Jobs
 from pywet.util import sources
 from pywet.util.files import write_json
+from tests.cases.script import scripts
 from tests.error_codes import code_of, raises_code
-from tests.sweep.files import BRIDGE, WALL, write
+from tests.sweep.files import BRIDGE, EXAMPLES, WALL, write
 
 MANY = {
     **WALL,
@@ -175,10 +177,59 @@ def test_a_changed_law_redoes_its_points_only(tmp_path: Path) -> None:
     assert [run.point.number for run in second.missing] == [3, 4]
 
 
-def test_the_name_of_a_point_depends_on_the_code_that_computes_it() -> None:
-    """Each base without an engine names the package of the function that its runs call; a fingerprint of no file is constant."""
+def test_the_name_of_a_point_depends_on_the_code_that_computes_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each base without an engine names the package of the function that its runs call; a fingerprint of no file is constant.
+
+    With an engine: the code that evaluates runs, and the module that gathers their numbers.
+    """
     for kind, function in ((bases.Wall, wall.collide), (bases.Bridge, bridge_query.pull_off)):
         assert Path(inspect.getfile(function)) in sources.of([kind.code])
+    scripts.write(tmp_path)
+    based = {"case": {"case": 2, "config": str(EXAMPLES.parent / "config")}, "script": {"script": "in.script"},
+             "scene": {"scene": str(EXAMPLES / "sweeps" / "small_drum_scene.yaml")}}  # fmt: skip
+    whole, gathered = sources.digest_of_evaluation(), {"case": run_numbers, "scene": run_numbers, "script": script_base}
+    for name, base in based.items():
+        found = []
+        for digest, file in ((whole, gathered[name].__file__), ("other", gathered[name].__file__), (whole, __file__)):
+            monkeypatch.setattr(sources, "digest_of_evaluation", lambda digest=digest: digest)
+            monkeypatch.setattr(gathered[name], "__file__", file)
+            found.append(bases.kind(Base(**base), tmp_path).built({}, 0).name)
+        assert len({*found}) == len(found), name
+
+
+@pytest.mark.parametrize(
+    ("engine", "ranks", "seconds", "cores", "together", "says"),
+    [
+        (False, 4, [0.1] * 600, 16, 1, "1 min on 1 core,"),
+        (True, 1, [3600.0], 16, 1, "60 min on 1 core,"),
+        (True, 1, [60.0] * 24, 2, 2, "12 min on 2 cores,"),
+        (True, 1, [60.0, 7200.0], 16, 2, "2 h on 2 cores,"),
+        (True, 4, [3600.0] * 4, 4, 1, "60 min on 4 cores,"),
+        (True, 4, [3600.0] * 4, 9, 2, "30 min on 8 cores,"),
+        (True, 4, [3600.0], 2, 1, "30 min on 2 cores,"),
+    ],
+)
+def test_runs_at_a_time_and_their_predicted_time_agree(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, engine: bool, ranks: int, seconds: list[float], cores: int,
+    together: int, says: str,
+) -> None:  # fmt: skip
+    """Without an engine one run; otherwise as many as there are, and as have cores for their ranks; the longest run counts."""
+    of, pools = asked(tmp_path, WALL), list[int]()
+
+    def pool(count: int, *_: Any) -> Any:
+        pools.append(count)
+        raise InterruptedError
+
+    runs = of.runs[:1] * len(seconds)
+    monkeypatch.setattr(bases.Wall, "engine", engine)
+    monkeypatch.setattr(running, "ProcessPoolExecutor", pool)
+    monkeypatch.setattr(running, "do", lambda *_: True)
+    with suppress(InterruptedError):
+        running.carry_out(of, runs, cores, ranks)
+    assert (pools or [1]) == [together]
+    assert says in plan.lines(of, [(run, Cost(s, 0.0)) for run, s in zip(runs, seconds, strict=True)], cores, ranks)[1]
 
 
 def test_a_function_of_a_file_runs_below_the_sweep_or_with_trust_and_again_when_it_changes(tmp_path: Path) -> None:

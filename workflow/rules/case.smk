@@ -48,6 +48,7 @@ rule evaluate:
         replay=f"{ROOT}/{{case}}/status/replay.json",
         vtk=f"{ROOT}/{{case}}/status/vtk.json",
     params:
+        code=sources.digest_of_evaluation(),
         # a preset for the sake of comparison has no laws of the user's own
         second=lambda wildcards: {} if RUNS[wildcards.case][1] else dict(CONFIGURED.settings.laws.reference),
         said=lambda wildcards: "" if RUNS[wildcards.case][1] else reference_word(CONFIGURED.settings.laws.reference),

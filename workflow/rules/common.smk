@@ -14,6 +14,7 @@ from pywet.cost.needs import need
 from pywet.runs.record import reference_word
 from pywet.cases.screening.identity import content, expect, fingerprint_or_reason
 from pywet.shipped import open_studies, place
+from pywet.util import sources
 
 STUDIES_HERE = open_studies()
 """Whether this is a checkout, which has the studies; a wheel does not."""

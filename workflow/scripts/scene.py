@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from pywet import stages
-from pywet.runs import record
+from pywet import run_folder, stages
 
 given = snakemake.params
 run_dir = Path(snakemake.output.status).parent.parent
@@ -14,5 +13,5 @@ def build() -> None:
     stages.build(config, given.number, given.scale, run_dir, given.engine)
 
 
-with stages.logged(Path(snakemake.log[0])), record.held(run_dir, Path(snakemake.input.fingerprint).read_text()):
+with stages.logged(Path(snakemake.log[0])), run_folder.hold(run_dir):
     stages.attempt(run_dir, "scene", build)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -362,10 +362,13 @@ class Building:
         return until.in_blocks(scene, user_scene.until, blocks) if user_scene.until else scene
 
 
-def write(user_scene: Scene, run_dir: Path, blocks: int | None = None) -> typed.EngineScene:
+def write(
+    user_scene: Scene, run_dir: Path, blocks: int | None = None, begin: Callable[[], object] = lambda: None
+) -> typed.EngineScene:
     """Write the run directory of a description: scene, plan, first spheres and films, surfaces; returns the scene.
 
-    `blocks`: number of blocks simulated so far in a run with `until`.
+    `blocks`: number of blocks simulated so far in a run with `until`; `begin` is called when all is built, before anything
+    is written.
     """
     made, run_dir = Building(user_scene), Path(run_dir)
     scene = made.scene(blocks)
@@ -375,6 +378,7 @@ def write(user_scene: Scene, run_dir: Path, blocks: int | None = None) -> typed.
         notice.warning("%s", sentence)
     if any(made.origin_mm):
         notice.warning("%s: %s", user_scene.name, COUNT_FROM.format(*made.origin_mm))
+    begin()
     write_initial(scene, made.surfaces, made.spheres, run_dir)
     write_json(run_dir / "plan.json", made.plan.as_dict())
     left_out = {feed.name: shares_left_out(feed.psd.sizes(user_scene.folder)) for feed in user_scene.feed}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -109,8 +110,10 @@ def planned(made: Ingredients) -> dict[str, Any]:
     return {**made.plan.as_dict(), "retirement": asdict(made.retirement)}
 
 
-def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> EngineScene:
-    """Write a case's run directory and return its scene.
+def build(
+    config: Config, case_number: int, scale_name: str, run_dir: Path, begin: Callable[[], object] = lambda: None
+) -> EngineScene:
+    """Write a case's run directory and return its scene; `begin` is called when all is built, before anything is written.
 
     Writes stl/, spheres.parquet, scene.json, plan.json, config.json, config_files.json, history/spheres, triangles, parts.
     The same configuration gives the same files. Raises `PywetError` for an inconsistent configuration.
@@ -123,6 +126,7 @@ def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> E
     for sentence in early_end(scene):
         notice.warning("%s: %s", scene.name, sentence)
     spheres = fill(scene.classes, apparatus.feed_region, scene.seed)
+    begin()
     write_initial(scene, apparatus.surfaces, spheres, run_dir)
     write_json(run_dir / "plan.json", planned(made))
     write_json(run_dir / "config.json", config.resolved(case_number, scale_name))

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pywet import run_folder
 from pywet.cases.screening import identity
 from pywet.cases.small import bodies, small
 from pywet.cases.small.bodies import last
@@ -115,7 +116,7 @@ def pull(run_dir: Path, choice: Choice) -> dict[str, float]:
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
         small.Sphere(1, (0.0, 0.0, 2.0 * r), (0.0, 0.0, speed), driven=True),
     ]
-    _run(run_dir, choice, drawn, step, choice.seconds or 0.8 * r / speed, log_every_step=True)
+    _run("pull", run_dir, choice, drawn, step, choice.seconds or 0.8 * r / speed, log_every_step=True)
     log, events = (read_table(run_dir / "history" / f"{name}.parquet") for name in ("contacts", "events"))
     broken = events[events["kind"] == 1]
     return {
@@ -136,7 +137,7 @@ def collision(run_dir: Path, choice: Choice) -> dict[str, float]:
     ]
     step = min(choice.time_step(sphere, HARD), 2e-6)
     seconds = choice.seconds or (4.0 * gap + 2.0 * r + _longest(choice, sphere) / SLOWEST) / speed
-    _run(run_dir, choice, thrown, step, seconds, stiffness=HARD, travel=v * seconds)
+    _run("collision", run_dir, choice, thrown, step, seconds, stiffness=HARD, travel=v * seconds)
     energy = read_table(run_dir / "history" / "energy.parquet").iloc[-1]
     return {
         "restitution": _restitution(run_dir, choice, float(energy["kinetic"] + energy["capillary_stored"]), speed),
@@ -179,7 +180,7 @@ def bed(run_dir: Path, choice: Choice) -> dict[str, float]:
     count, r = choice.spheres, choice.radius_m
     poured, vessel = bodies.loose_box(count, r, choice.seed)
     step = choice.time_step(choice.glass(count), SOFT)
-    _run(run_dir, choice, poured, step, choice.seconds or 0.4, walls=(vessel,), gravity=(0.0, 0.0, -9.81))
+    _run("bed", run_dir, choice, poured, step, choice.seconds or 0.4, walls=(vessel,), gravity=(0.0, 0.0, -9.81))
     end, ledger = last(run_dir), _ledger(run_dir)
     across = max(4, round(count ** (1.0 / 3.0)))
     top = float(np.sort(end["z"].to_numpy())[-across * across // 2 :].mean()) + r
@@ -199,7 +200,7 @@ def drum(run_dir: Path, choice: Choice) -> dict[str, float]:
     """
     poured, where = in_a_drum(choice)
     step = choice.time_step(choice.glass(choice.spheres), SOFT)
-    _run(run_dir, choice, poured, step, choice.seconds or 1.5, **where)
+    _run("drum", run_dir, choice, poured, step, choice.seconds or 1.5, **where)
     angle, ledger = bed_angles(run_dir), _ledger(run_dir)
     return {
         "dynamic_angle_deg": float(angle.mean()),
@@ -256,9 +257,7 @@ def run(name: str, run_dir: Path, choice: Choice | None = None) -> dict[str, flo
             code="small.unknown_scene", given=name, expected=tuple(SCENES),
         )  # fmt: skip
     choice, run_dir = choice or Choice(), Path(run_dir)
-    word = identity.of(name, asdict(choice))
-    with record.held(run_dir, word):
-        record.leave_identity(run_dir, word)
+    with run_folder.hold(run_dir):
         numbers = SCENES[name](run_dir, choice)
         write_json(run_dir / RESULT, {k: None if math.isnan(v) else v for k, v in numbers.items()})
     return numbers
@@ -275,10 +274,10 @@ def _share(ledger: pd.Series, reservoir: str) -> float:
 
 
 def _run(
-    run_dir: Path, choice: Choice, spheres: list[small.Sphere], step: float, seconds: float, *, stiffness: float = SOFT,
-    walls: tuple[Surface, ...] = (), log_every_step: bool = False, travel: float = 0.0, **more: Any,
+    name: str, run_dir: Path, choice: Choice, spheres: list[small.Sphere], step: float, seconds: float, *,
+    stiffness: float = SOFT, walls: tuple[Surface, ...] = (), log_every_step: bool = False, travel: float = 0.0, **more: Any,
 ) -> None:  # fmt: skip
-    """Prepare and run a scene in which spheres move out by `travel` [m]; `more`: further arguments of `small.prepare`."""
+    """Prepare and run this scene, in which spheres move out by `travel` [m]; `more`: further arguments of `small.prepare`."""
     steps = round(seconds / step)
     if steps < 1:
         raise PywetError(
@@ -294,6 +293,7 @@ def _run(
     )
     dry = springs(stiffness, 0.0) if choice.engine == "lammps" else springs(stiffness)
     hertz = choice.hertz
+    record.begin(run_dir, identity.of(name, asdict(choice)))
     small.prepare(
         run_dir, [sphere], spheres, choice.dry(sphere, dry), liquid=choice.liquid(sphere), effects=small.PAPER, walls=walls,
         wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps, output=output,
