@@ -340,7 +340,7 @@ class Deck:
         """Read a deck of a run; of `given`, screen.json, only the number and the options are taken as they are."""
         deck = given.get("deck", 1)
         every = spheres(folder, scene, deck)
-        of_period, starts = period.of(scene, every, given.get("options") or {})
+        of_period, starts = period.of(folder, scene, every, given.get("options") or {})
         start = Held(f"{RESULTS[deck]}: from_s", given.get("from_s", MISSING), starts, SOURCE)
         of_period["from_s"] = starts[0] if start.wrong else given["from_s"]
         return cls(given, every, of_period, start, screen_series.table(folder, scene, every, deck))
