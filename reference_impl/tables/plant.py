@@ -373,7 +373,9 @@ def held(folder: Path, scene: Mapping[str, Any], of: Deck) -> Iterator[Held]:
     mine |= throughput(rows, of.period, rule, mine["screen_area_m2"])
     if wall:
         mine["apertures"] = screen_wall.count(folder, scene, wall, deck)
-        mine |= screen_series.on_screen(of.series, of.period, mine["apertures"])
+        slot = screen_wall.slots(folder, wall, deck)
+        lengths = {f"pegged_{c['type']}": 2.0 * c["radius_m"] / slot for c in scene["classes"]} if slot else None
+        mine |= screen_series.on_screen(of.series, of.period, mine["apertures"], lengths)
     yield of.start
     for path, value in mine.items():
         there: Any = of.given
