@@ -503,6 +503,11 @@ class EngineScene(Computable):
         """Return the number of steps of a block; of all steps if the duration is given."""
         return self.steps // (self.blocks or 1)
 
+    @property
+    def block_s(self) -> float:
+        """Return the duration of a block [s]."""
+        return self.block_steps * self.time_step_s
+
     def of_blocks(self, blocks: int) -> EngineScene:
         """Return the scene with another number of blocks; a run of more blocks begins with the same steps and windows."""
         windows = self.output.contact_windows // (self.blocks or 1) * blocks

@@ -106,12 +106,14 @@ def _retained(runs: Sequence[RunDir]) -> Iterator[str]:
     """Yield the fraction retained at the end, over seeds as mean and 95 % interval; nothing for a user-defined scene."""
     if not (runs[0].path / "results" / "fraction_retained.parquet").exists():
         return
+    from pywet.report import answer
+    from pywet.report.collect import DRY
+
     read = [run.json("summary.json", Summary, required=True) for run in runs]
-    ends = [s["fraction_retained_end"] for s in read]
-    coarse = read[0]["coarse_share"]
-    passed = (
-        f", so {round(100 * (1.0 - mean(ends)) / (1.0 - coarse))} % of what can pass has passed" if coarse < 1.0 else ""
-    )
+    ends, coarse = [s["fraction_retained_end"] for s in read], read[0]["coarse_share"]
+    dry = [float(run.table("results/fraction_retained")[DRY].iloc[-1]) for run in runs]
+    share = round(mean(answer.passed(dry, coarse)))
+    passed = f", so {share} % of what can pass has passed" if coarse < 1.0 else ""
     spread = f" (95 % interval of the mean over {len(ends)} seeds)" if len(ends) > 1 else ""
     yield (f"fraction retained at the end {with_interval(ends)}{spread}; share that cannot pass {coarse:.3f}{passed}")
 

@@ -137,9 +137,7 @@ def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
     """
     if pierced := holes(_corners(run, wall)):
         return pierced
-    nets = [w for w in run.scene.walls if w.name in (wall.name, of_deck(CROSS, deck))]
-    low, high = (np.concatenate(ends) for ends in zip(*(extents(run, w) for w in nets), strict=True))
-    along_x = (high - low)[:, 0] > (high - low)[:, 1]
+    low, high, along_x = _net(run, wall, deck)
     if _scale(run) and (pitch := _pitch(low, high)):
         return round(area(run, wall) / pitch**2)
     # gaps across the deck are between wires along it, and vice versa
@@ -153,6 +151,21 @@ def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
         gaps = half - high[along_x, 1].max(), low[along_x, 1].min() + half
         sides = sum(gap > 0.5 * opening for gap in gaps)
     return max(1, across + int(sides) - (periodic != "y")) * max(1, along - (periodic != "x"))
+
+
+def slot_length(run: RunDir, wall: WallMesh, deck: int = 1) -> float | None:
+    """Return the length of the slots between bars in one direction [m]; None for apertures that one sphere blocks."""
+    low, high, along_x = _net(run, wall, deck)
+    if along_x.any() != along_x.all() or holes(_corners(run, wall)):
+        return None
+    return float((high - low)[:, 0 if along_x.all() else 1].max())
+
+
+def _net(run: RunDir, wall: WallMesh, deck: int) -> tuple[Floats, Floats, Bools]:
+    """Return the lower and upper corners of all wires of a screen, and which of them lie along x."""
+    nets = [w for w in run.scene.walls if w.name in (wall.name, of_deck(CROSS, deck))]
+    low, high = (np.concatenate(ends) for ends in zip(*(extents(run, w) for w in nets), strict=True))
+    return low, high, (high - low)[:, 0] > (high - low)[:, 1]
 
 
 def pegged(run: RunDir, wall: WallMesh) -> Bools:

@@ -57,12 +57,14 @@ def _rows(run: RunDir) -> tuple[bool, pd.DataFrame]:
 
 
 def _by_outlet(run: RunDir) -> pd.DataFrame:
-    """Return mass, size and outlet of the spheres that left by an outlet."""
-    scene = run.scene
-    gone = run.table("history/retired")
-    if {o.product for o in scene.outlets} >= set(PRODUCTS):
-        gone = gone[gone["id"].isin(streams.read(run).counted["id"])]
-    return _named(run, gone, np.array([o.name for o in scene.outlets])[gone["outlet"].to_numpy(dtype=int) - 1])
+    """Return mass, size and outlet of the spheres that left; of a screen of those it counts, and what stays is with the overs."""
+    scene, gone = run.scene, run.table("history/retired")
+    where = dict(zip(gone["id"], (scene.outlets[k - 1].name for k in gone["outlet"]), strict=True))
+    if not {o.product for o in scene.outlets} >= set(PRODUCTS):
+        return _named(run, gone, gone["id"].map(where).to_numpy())
+    counted = streams.read(run).counted
+    overs = next(o.name for o in scene.outlets if o.product == PRODUCTS[0])
+    return _named(run, counted, counted["id"].map(where).fillna(overs).to_numpy())
 
 
 def _by_tray(run: RunDir) -> pd.DataFrame:

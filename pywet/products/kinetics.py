@@ -1,6 +1,6 @@
 """Kinetics of a batch: laws of the fraction retained over time, fitted and ranked on seeds that were not fitted.
 
-Every law has a delay t0, before which nothing passes. Y is the fraction retained; tau = t - t0.
+Every law has a delay t0, before which nothing passes. Y is the fraction of a class's spheres that is retained; tau = t - t0.
 
 | law | Y |
 |---|---|
@@ -30,11 +30,11 @@ from pywet.products.partition import mean_and_half_width
 from pywet.runs.distinct_seeds import distinct_seeds
 from pywet.runs.rundir import RunDir
 from pywet.runs.spread import quantile
-from pywet.util.files import check_numbers, read_csv, read_table
+from pywet.util.files import check_numbers, read_csv
 
-PREFIX = "fraction_retained_"
-OPEN = "time_since_opening_s"
-NOT_CLASSES = ("fraction_retained_spheres",)
+STORED = ("fraction_retained", "spheres")
+OPEN, ABOVE = "time_since_opening_s", "above_"
+"""Stored tables, and the columns of times in the first and of spheres that have not passed in the second."""
 CURE = "name the finished run of a screening case, or a folder of stored tables"
 PASSES = 0.02
 """Total loss below which a class does not pass and has no kinetics."""
@@ -107,32 +107,40 @@ def rms(law: Law, values: Floats, t: Floats, y: Floats) -> float:
 
 
 def curves(run: Path) -> pd.DataFrame:
-    """Return time_s since the opening and the fraction retained of every class, from a run or from stored tables."""
-    for path in (run / "results" / "fraction_retained.parquet", run / "fraction_retained.csv"):
-        if path.exists():
-            table = read_table(path) if path.suffix == ".parquet" else read_csv(path, CURE)
-            break
+    """Return time_s since the opening and the share of each class's spheres that has not passed, from a run or stored tables."""
+    if (run / f"{STORED[0]}.csv").exists():
+        found = _of_tables(run)
+    elif any((run / f"{name}.parquet").exists() for name in ("results/fraction_retained", "history/retired")):
+        found = _of_run(RunDir(run))
     else:
-        if (run / "history" / "retired.parquet").exists():
-            return _of_outlets(RunDir(run))
         raise PywetError(
             f"{shown(run)} has no fraction_retained; expected the finished run of a screening case, or a folder of stored tables",
             code="kinetics.no_curve", where=run,
         )  # fmt: skip
-    classes = [str(c) for c in table if str(c).startswith(PREFIX) and c not in NOT_CLASSES]
-    check_numbers(table, [OPEN, *classes], path, CURE)
-    found = table.loc[table[OPEN] >= 0, [OPEN, *classes]]
+    found = found[found["time_s"] >= 0.0]
     if found.empty:
         raise PywetError(
-            f"{shown(path)} holds no time after the slide has opened; expected some: {CURE}",
-            code="kinetics.no_time", where=path,
+            f"{shown(run)} holds no time after the slide has opened; expected some: {CURE}",
+            code="kinetics.no_time", where=run,
         )  # fmt: skip
-    return found.rename(columns={OPEN: "time_s", **{c: c.removeprefix(PREFIX) for c in classes}})
+    return found
 
 
-def _of_outlets(run: RunDir) -> pd.DataFrame:
-    """The same of a batch in a scene with outlets: all spheres are there from the start, and leave with the unders alone."""
-    scene, spheres = run.scene, streams.read(run).spheres
+def _of_tables(folder: Path) -> pd.DataFrame:
+    """The same of stored tables: times, and numbers of spheres that have not passed."""
+    paths = [folder / f"{name}.csv" for name in STORED]
+    times = read_csv(paths[0], CURE)
+    check_numbers(times, [OPEN], paths[0], CURE)
+    above = read_csv(paths[1], CURE).filter(regex=f"^{ABOVE}").rename(columns=lambda name: name.removeprefix(ABOVE))
+    table = pd.concat([times[[OPEN]], above], axis=1)
+    check_numbers(table, list(table), paths[1], CURE)
+    return above.div(above.max()).dropna(axis=1).assign(time_s=times[OPEN])
+
+
+def _of_run(run: RunDir) -> pd.DataFrame:
+    """The same of a case or of a batch with outlets: all spheres are there from the start, and leave with the unders alone."""
+    scene, flow = run.scene, streams.read(run)
+    spheres = flow.spheres
     lost = spheres.loc[spheres["left_s"].notna() & (spheres["product"] != "unders"), "id"]
     if scene.insertion_s or len(lost):
         gone = run.table("history/retired")
@@ -145,9 +153,9 @@ def _of_outlets(run: RunDir) -> pd.DataFrame:
             f"{shown(run.path)} {given}; expected a batch: all spheres there from the start, walls around the screen",
             code="kinetics.no_batch", where=run.path,
         )  # fmt: skip
-    times = streams.edges(scene, scene.duration_s)
-    found = {"time_s": times}
-    for kind in scene.classes:
+    times = streams.edges(scene, scene.duration_s) if scene.outlets else run.timeline.times
+    found = {"time_s": times - flow.start_s}
+    for kind in (kind for kind in scene.classes if kind.count):
         left = np.sort(spheres.loc[(spheres["type"] == kind.type) & (spheres["product"] == "unders"), "left_s"])
         found[kind.name] = 1.0 - np.searchsorted(left, times + 1e-9) / kind.count
     return pd.DataFrame(found)
@@ -199,7 +207,7 @@ def kinetics(folders: Sequence[Path | str]) -> pd.DataFrame:
     Parameters
     ----------
     folders : sequence of Path or str
-        Runs, or folders of stored tables; a run with the seed of an earlier one is left out.
+        Runs, or folders of stored tables; one with the seed of an earlier one, or of another case, is left out.
 
     Returns
     -------

@@ -170,17 +170,22 @@ def time_series(run: RunDir, flow: Streams) -> pd.DataFrame:
 
 
 def _of_screen(run: RunDir, flow: Streams, series: pd.DataFrame) -> dict[str, Any]:
-    """Return liquid on the screen and pegged apertures over the averaging period; empty if no wall is the screen."""
+    """Return liquid on the screen and pegged apertures over the averaging period; empty if no wall is the screen.
+
+    A sphere blocks an aperture, or its diameter of a slot.
+    """
     screen = apertures.screen_of(run, flow.deck)
     if screen is None:
         return {"screen": None}
     rows = series[(series["time_s"] >= flow.start_s) & (series["time_s"] <= flow.end_s)]
-    pegged = rows[[c for c in rows if str(c).startswith("pegged_")]].sum(axis=1)
-    number, mean = apertures.count(run, screen, flow.deck), block_mean(pegged.to_numpy(dtype=float))
+    pegged = rows[[f"pegged_{c.type}" for c in run.scene.classes]].to_numpy(dtype=float)
+    number, slot = apertures.count(run, screen, flow.deck), apertures.slot_length(run, screen, flow.deck)
+    blocks = np.array([2.0 * c.radius_m / slot if slot else 1.0 for c in run.scene.classes])
+    mean, blocked = block_mean(pegged.sum(axis=1)), block_mean(pegged @ blocks)
     return {
         "screen": screen.name, "apertures": number,
-        "pegged": mean[0], "pegged_half_width": mean[1], "pegged_share": mean[0] / number,
-        "pegged_share_half_width": mean[1] / number,
+        "pegged": mean[0], "pegged_half_width": mean[1], "pegged_share": blocked[0] / number,
+        "pegged_share_half_width": blocked[1] / number,
         "screen_liquid_m3": block_mean(rows["screen_liquid_m3"].to_numpy(dtype=float))[0],
     }  # fmt: skip
 

@@ -6,6 +6,7 @@ screening case the spheres in the collecting bin at the end are the unders, the 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,7 +52,7 @@ class Streams:
 
 
 def read(run: RunDir, from_s: float | None = None, deck: int = 1) -> Streams:
-    """Return the streams of a deck of a finished run; averaging starts at `from_s`, by default where the run is steady.
+    """Return the streams of a deck of a finished run; averaging starts at `from_s`, by default as `until` asks or when steady.
 
     Raises
     ------
@@ -70,7 +71,7 @@ def read(run: RunDir, from_s: float | None = None, deck: int = 1) -> Streams:
             code="screen.from_batch", key="--from", given=from_s, where=run.path,
         )  # fmt: skip
     if run.scene.outlets:
-        return _of_outlets(run, from_s, deck)
+        return _of_outlets(run, asked_from(run) if from_s is None else from_s, deck)
     if run.scene.slide is None:
         raise PywetError(
             f"{run.path}: its scene has no outlets, so that no product leaves; expected a screening case, or outlets whose names "
@@ -78,6 +79,17 @@ def read(run: RunDir, from_s: float | None = None, deck: int = 1) -> Streams:
             code="screen.no_outlets", where=run.path,
         )  # fmt: skip
     return _batch(run)
+
+
+def asked_from(run: RunDir) -> float | None:
+    """Return the time [s] of the first block that counts by `until.from_s`; None if the scene does not set it."""
+    asked = (run.description.get("until") or {}).get("from_s")
+    return None if asked is None else first_block(run.scene, asked) * run.scene.block_s
+
+
+def first_block(scene: EngineScene, from_s: float) -> int:
+    """Return the number of blocks before the first that begins at or after a time."""
+    return math.ceil(from_s / scene.block_s - 1e-9)
 
 
 def decks(scene: EngineScene) -> int:

@@ -153,16 +153,16 @@ def assess(scene: EngineScene, spheres: pd.DataFrame, gone: pd.DataFrame, until:
 
     Notes
     -----
-    T is the share of all spheres of a size. Of two intervals the wider one counts: that of the blocks, by the deviations of the
+    T is the share of the mass of a size. Of two intervals the wider one counts: that of the blocks, by the deviations of the
     overs of each from T times its feed (ratio estimator) and Student's t, and that of as many independent spheres (Wilson).
     """
     order = spheres.sort_values("id")
     ids, types = order["id"].to_numpy(), order["type"].to_numpy()
     mass = np.array([c.mass_kg for c in scene.classes])[types - 1]
     table = streams.leaving(scene, (ids, types, mass), gone, until.deck)
-    block_s, blocks = scene.block_steps * scene.time_step_s, scene.blocks or 1
+    block_s, blocks = scene.block_s, scene.blocks or 1
     start = until.from_s if until.from_s is not None else streams.steady_from(scene, table, blocks * block_s)
-    first = blocks if start is None else min(blocks, math.ceil(start / block_s - 1e-9))
+    first = blocks if start is None else min(blocks, streams.first_block(scene, start))
     table["block"] = np.ceil(table["left_s"].to_numpy() / block_s - 1e-9) - 1.0
     counted = table[(table["product"] != "") & (table["block"] >= first)]
     sizes = [
@@ -186,17 +186,17 @@ def assess(scene: EngineScene, spheres: pd.DataFrame, gone: pd.DataFrame, until:
 
 
 def _of_size(diameter_m: float, rows: pd.DataFrame, first: int, blocks: int, least: int) -> dict[str, Any]:
-    """Return T of the spheres of a size with half its interval, and whether that size is required."""
-    block = rows["block"].to_numpy(dtype=int) - first
-    overs = np.bincount(block[(rows["product"] == PRODUCTS[0]).to_numpy()], minlength=blocks - first)
-    feed = np.bincount(block, minlength=blocks - first)
+    """Return T of the mass of a size with half its interval, and whether that size is required."""
+    block, overs_too = rows["block"].to_numpy(dtype=int) - first, (rows["product"] == PRODUCTS[0]).to_numpy()
+    mass, number = rows["mass_kg"].to_numpy(), len(rows)
+    overs, feed = (np.bincount(block, kg, minlength=blocks - first) for kg in (mass * overs_too, mass))
     t = overs.sum() / feed.sum()
-    low, high = wilson(float(overs.sum()), float(feed.sum()))
+    low, high = wilson(float(overs_too.sum()), float(number))
     _, between = mean_and_half_width(((overs - t * feed) / feed.mean()).tolist())
     half = max(0.5 * (high - low), 0.0 if math.isnan(between) else between)
     return {
-        "diameter_mm": 1e3 * diameter_m, "spheres": int(feed.sum()), "T": float(t), "half_width": float(half),
-        "asked": bool(feed.sum() >= least),
+        "diameter_mm": 1e3 * diameter_m, "spheres": number, "T": float(t), "half_width": float(half),
+        "asked": number >= least,
     }  # fmt: skip
 
 

@@ -15,13 +15,13 @@ def rows(results: Sequence[CaseResult]) -> list[list[CaseResult]]:
     return [sorted(group, key=lambda r: r.case.liquid_percent) for group in by_liquid(there)]
 
 
-def passed(ends: Sequence[float], coarse: float) -> list[float]:
-    """Per cent of the mass of the classes that can pass, liquid included, which has passed, of every seed; 0 if none can.
+def passed(dry_ends: Sequence[float], coarse: float) -> list[float]:
+    """Per cent of the dry mass of the classes that can pass which has passed, of every seed; 0 if none can.
 
     >>> passed([0.6], 0.2)
     [50.0]
     """
-    return [100.0 * (1.0 - end) / (1.0 - coarse) if coarse < 1.0 else 0.0 for end in ends]
+    return [100.0 * (1.0 - end) / (1.0 - coarse) if coarse < 1.0 else 0.0 for end in dry_ends]
 
 
 def not_agreeing(results: Sequence[CaseResult]) -> dict[str, list[CaseResult]]:

@@ -78,6 +78,12 @@ class CaseResult:
         further = [float(table["fraction_retained"].iloc[-1]) for table in self.seeds if len(table)]
         return [self.summary["fraction_retained_end"], *further]
 
+    @property
+    def dry_ends(self) -> list[float]:
+        """Return the fraction of the dry mass retained at the end for every seed; empty for a case without its table."""
+        tables = [] if self.retained is None else [self.retained, *self.seeds]
+        return [float(table[DRY].iloc[-1]) for table in tables if len(table)]
+
     def over_seeds(self, *keys: str, factor: float = 1.0) -> list[float]:
         """Return a number of summary.json by its keys for every seed; empty if the run has none."""
         values = [deep(summary, keys) for summary in (self.summary, *self.others)]
@@ -174,6 +180,8 @@ def _collect_run(run_dir: Path, case: Case, alone: bool) -> CaseResult:
 
 
 RETAINED = "results/fraction_retained.parquet"
+DRY = "fraction_retained_spheres"
+"""Column of the fraction retained without liquid."""
 OF_ONE_RUN = ("seed", "seeds", "ranks")
 """Settings in which the seeds of a case may differ."""
 

@@ -175,7 +175,7 @@ def _answer(numbers: Numbers, results: Sequence[CaseResult]) -> None:
         numbers.put(f"{first}.configuration", configuration_value(row[0]), title(row[0]))
         numbers.put(f"{first}.coarse_percent", *_rounded(100.0 * _coarse(row[0])))
         for r in row:
-            name, liquid, passed = r.case.name, r.case.liquid_percent, answer.passed(r.ends, _coarse(r))
+            name, liquid, passed = r.case.name, r.case.liquid_percent, answer.passed(r.dry_ends, _coarse(r))
             shares["moist" if liquid else "dry"].append(passed)
             numbers.put(f"{name}.moisture", liquid, f"{liquid:g} % {r.case.liquid or 'liquid'}" if liquid else "dry")
             numbers.spread(f"{name}.passed_percent", passed, form=".0f")

@@ -18,7 +18,7 @@ from pywet.products.apertures import of_deck
 from pywet.products.feed import not_simulated
 from pywet.products.partition import LEFT_NONE, WITHIN
 from pywet.products.screening_report import cut_position
-from pywet.products.streams import PRODUCTS, decks
+from pywet.products.streams import PRODUCTS, asked_from, decks
 from pywet.report import page
 from pywet.report.pictures import COLOURS, INK, STYLE, legend, panels, plt
 from pywet.runs.rundir import RunDir
@@ -157,7 +157,7 @@ def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: 
         drawn += [_passage(run, numbers)]
         drawn += [_pegging(run, numbers)] if numbers["screen"] else []
     rows: list[list[page.Cell | str]] = [
-        [page.left(name), page.left(value)] for name, value in {**five(numbers), **_more(numbers)}.items()
+        [page.left(name), page.left(value)] for name, value in {**five(numbers), **_more(run, numbers)}.items()
     ]
     deck = f" {numbers['deck']}" if numbers["deck"] > 1 else ""
     return [
@@ -172,7 +172,7 @@ def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: 
     ]
 
 
-def _more(numbers: dict[str, Any]) -> dict[str, str]:
+def _more(run: RunDir, numbers: dict[str, Any]) -> dict[str, str]:
     keys = {
         "imperfection": ("imperfection", 1.0, ""),
         "size that parts undersize from oversize": ("reference_mm", 1.0, " mm"),
@@ -187,16 +187,18 @@ def _more(numbers: dict[str, Any]) -> dict[str, str]:
     found["spheres, overs / unders"] = " / ".join(str(numbers["spheres"][p]) for p in PRODUCTS)
     for p in PRODUCTS:
         found[f"residence of the {p}, mean"] = shown(numbers["residence_s"][p]["mean"], " s")
-    found["means from – to"] = f"{numbers['from_s']:.3g} – {numbers['to_s']:.3g} s ({_period(numbers)})"
+    found["means from – to"] = f"{numbers['from_s']:.3g} – {numbers['to_s']:.3g} s ({_period(run, numbers)})"
     return found
 
 
-def _period(numbers: dict[str, Any]) -> str:
+def _period(run: RunDir, numbers: dict[str, Any]) -> str:
     """Describe why means are over this time: only what was looked for is called steady."""
     if numbers["kind"] == "batch":
         return "batch"
     if "from" in numbers.get("options", {}):
         return "from --from on"
+    if asked_from(run) is not None:
+        return "from until.from_s on"
     return "steady" if numbers["steady"] else "no steady state: second half of the feed"
 
 

@@ -120,6 +120,11 @@ class Cases:
         first = self.of_seeds(number, "fraction_retained_end")[:1]
         return first + [float(table["fraction_retained"].iloc[-1]) for table in tables]
 
+    def dry_ends(self, number: int | str) -> list[float]:
+        """Return the share of the mass of the spheres that is retained at the end, for every seed of a case."""
+        runs = (self.folder / run / RETAINED for run in (name_of(number), *self.seeds(number)))
+        return [float(parquet_table(path)["fraction_retained_spheres"].iloc[-1]) for path in runs]
+
     def retained(self, number: int | str) -> bool:
         """Return whether a case has the table of its fraction retained."""
         return (self.folder / name_of(number) / RETAINED).exists()

@@ -240,14 +240,14 @@ def _thresholds(cases: Cases) -> Iterator[Value]:
 
 
 def _answer(cases: Cases, numbers: Numbers) -> Iterator[Value]:
-    """Yield the passed share of passable material, for each case, all dry and all moist ones, and the effect of moisture."""
+    """Yield the passed share of passable spheres' mass, for each case, all dry and all moist ones, and the effect of moisture."""
     there = [n for n in cases.listed if _there(cases, n, numbers) and cases.retained(n)]
     groups = cases.by_liquid(there)
     if there:
         time = cases.column(groups[0][0], "fraction_retained")
         yield "time_since_opening_s", None if time is None else float(time[0][-1]), "2 digits"
     through = {n: 1.0 - cases.summary(n)["coarse_share"] for n in there}
-    passed = {n: [100.0 * (1.0 - end) / through[n] if through[n] else 0.0 for end in cases.ends(n)] for n in there}
+    passed = {n: [100.0 * (1.0 - end) / through[n] if through[n] else 0.0 for end in cases.dry_ends(n)] for n in there}
     for n, shares in passed.items():
         yield f"{name_of(n)}.moisture", cases.liquid(n), "states"
         yield from _spread(f"{name_of(n)}.passed_percent", shares, "unit")

@@ -28,14 +28,14 @@ def half_of_counts(part: int, whole: int) -> float:
     return math.sqrt(max(0.0, b * b - 4.0 * a * c)) / (2.0 * a)
 
 
-def half_of_blocks(overs: list[int], feed: list[int]) -> float:
+def half_of_blocks(overs: list[float], feed: list[float]) -> float:
     """Return Student's t times the standard error of a ratio from blocks, by the deviations of each from the ratio of all."""
-    number, ratio = len(feed), sum(overs) / sum(feed)
+    number, ratio = len(feed), math.fsum(overs) / math.fsum(feed)
     if number < 2:
         return 0.0
     off = [o - ratio * n for o, n in zip(overs, feed, strict=True)]
     variance = math.fsum(x * x for x in off) / (number - 1) / number
-    return float(stdtrit(number - 1, 0.975)) * math.sqrt(variance) * number / sum(feed)
+    return float(stdtrit(number - 1, 0.975)) * math.sqrt(variance) * number / math.fsum(feed)
 
 
 def held(folder: Path, scene: Mapping[str, Any]) -> Iterator[Held]:
@@ -53,14 +53,17 @@ def held(folder: Path, scene: Mapping[str, Any]) -> Iterator[Held]:
     widest: list[float] = []
     for diameter, there in zip(diameters, given["sizes"], strict=False):
         of = rows[rows["d"] == diameter]
-        block = [(at - 1) // size - first for at in of["at"]]
-        over = [n for n, product in zip(block, of["product"], strict=True) if product == "overs"]
-        feed = [block.count(k) for k in range(number - first)]
-        overs = [over.count(k) for k in range(number - first)]
-        half = max(half_of_counts(sum(overs), sum(feed)), half_of_blocks(overs, feed))
-        counts = sum(feed) >= asked["least_spheres"]
+        overs, feed, count = [0.0] * (number - first), [0.0] * (number - first), 0
+        for at, product, kg in zip(of["at"], of["product"], of["kg"], strict=True):
+            block = (at - 1) // size - first
+            feed[block] += kg
+            overs[block] += kg if product == "overs" else 0.0
+            count += product == "overs"
+        half = max(half_of_counts(count, len(of)), half_of_blocks(overs, feed))
+        counts = len(of) >= asked["least_spheres"]
         widest += [half] if counts else []
-        mine = {"diameter_mm": diameter, "spheres": sum(feed), "T": sum(overs) / sum(feed), "half_width": half}
+        share = math.fsum(overs) / math.fsum(feed)
+        mine = {"diameter_mm": diameter, "spheres": len(of), "T": share, "half_width": half}
         for key, value in {**mine, "asked": counts}.items():
             yield Held(f"{RESULT}: {key} of {diameter:.4g} mm", there.get(key, MISSING), value, SOURCE)
     known = bool(widest) and max(widest) <= asked["partition_percent"] / 100.0

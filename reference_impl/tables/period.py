@@ -1,14 +1,16 @@
 """Averaging period of a screen: whether it is continuous, from where its means are taken, and up to where.
 
-Without `--from` it starts where hold-up and outflow are both steady: where the squared deviations from the mean of the rest,
-over the square of its length, are least (White 1997).
+It starts at `--from`, else with the block that `until.from_s` asks for, else where hold-up and outflow are both steady: where the
+squared deviations from the mean of the rest, over the square of its length, are least (White 1997).
 """
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,7 +27,7 @@ TIE = 1e-9
 
 
 def of(
-    scene: Mapping[str, Any], every: pd.DataFrame, options: Mapping[str, Any]
+    folder: Path, scene: Mapping[str, Any], every: pd.DataFrame, options: Mapping[str, Any]
 ) -> tuple[dict[str, Any], Sequence[Any]]:
     """Return kind, steady and to_s of screen.json, and the possible values of from_s [s]; several where round-off decides."""
     step, steps = scene["time_step_s"], round(scene["duration_s"] / scene["time_step_s"])
@@ -38,11 +40,23 @@ def of(
     found = {"kind": "continuous", "to_s": end}
     if "from" in options:
         return {**found, "steady": True}, (float(options["from"]),)
+    if (asked := of_blocks(folder, scene)) is not None:
+        return {**found, "steady": True}, (asked,)
     starts = steady(scene, every, end)
     return (
         {**found, "steady": tuple({s is not None for s in starts})},
         tuple(first + 0.5 * (end - first) if s is None else s for s in starts),
     )
+
+
+def of_blocks(folder: Path, scene: Mapping[str, Any]) -> float | None:
+    """Return the time [s] of the first block that begins at `until.from_s` of the description or later; None without it."""
+    asked = json.loads((folder / "description.json").read_text())["until"]["from_s"] if scene.get("blocks") else None
+    if asked is None:
+        return None
+    every = round(scene["duration_s"] / scene["time_step_s"]) // scene["blocks"]
+    blocks = [k for k in range(scene["blocks"]) if k * every >= asked / scene["time_step_s"] - 1e-9 * every]
+    return float((blocks[0] if blocks else scene["blocks"]) * every * scene["time_step_s"])
 
 
 def in_steps(times: pd.Series, step: float) -> Floats:

@@ -340,7 +340,7 @@ class Deck:
         """Read a deck of a run; of `given`, screen.json, only the number and the options are taken as they are."""
         deck = given.get("deck", 1)
         every = spheres(folder, scene, deck)
-        of_period, starts = period.of(scene, every, given.get("options") or {})
+        of_period, starts = period.of(folder, scene, every, given.get("options") or {})
         start = Held(f"{RESULTS[deck]}: from_s", given.get("from_s", MISSING), starts, SOURCE)
         of_period["from_s"] = starts[0] if start.wrong else given["from_s"]
         return cls(given, every, of_period, start, screen_series.table(folder, scene, every, deck))
@@ -373,7 +373,9 @@ def held(folder: Path, scene: Mapping[str, Any], of: Deck) -> Iterator[Held]:
     mine |= throughput(rows, of.period, rule, mine["screen_area_m2"])
     if wall:
         mine["apertures"] = screen_wall.count(folder, scene, wall, deck)
-        mine |= screen_series.on_screen(of.series, of.period, mine["apertures"])
+        slot = screen_wall.slots(folder, wall, deck)
+        lengths = {f"pegged_{c['type']}": 2.0 * c["radius_m"] / slot for c in scene["classes"]} if slot else None
+        mine |= screen_series.on_screen(of.series, of.period, mine["apertures"], lengths)
     yield of.start
     for path, value in mine.items():
         there: Any = of.given

@@ -111,13 +111,20 @@ class _Caught:
         return place, now
 
 
-def on_screen(table: pd.DataFrame, given: Mapping[str, Any], apertures: int) -> dict[str, float | None]:
-    """Return the means over the averaging period of pegged spheres, their share of the apertures, and liquid on the screen."""
+def on_screen(
+    table: pd.DataFrame, given: Mapping[str, Any], apertures: int, lengths: Mapping[str, float] | None = None
+) -> dict[str, float | None]:
+    """Return the means over the averaging period of pegged spheres, the share that they block, and liquid on the screen.
+
+    `lengths`: for slots, what a sphere of each column blocks over the length of a slot; otherwise it blocks one aperture.
+    """
     rows = table[(table["time_s"] >= given["from_s"]) & (table["time_s"] <= given["to_s"])]
-    pegs = rows[[c for c in rows if str(c).startswith("pegged_")]].sum(axis=1)
-    mean, half = in_blocks(pegs.tolist())
-    share, wide = (None if value is None else value / apertures for value in (mean, half))
-    found = {"pegged": mean, "pegged_half_width": half, "pegged_share": share, "pegged_share_half_width": wide}
+    columns = [c for c in rows if str(c).startswith("pegged_")]
+    counts, found = rows[columns].to_numpy(float).tolist(), {}
+    blocks = [1.0 if lengths is None else lengths[c] for c in columns]
+    found["pegged"], found["pegged_half_width"] = in_blocks([math.fsum(row) for row in counts])
+    shares = [math.fsum(n * b for n, b in zip(row, blocks, strict=True)) / apertures for row in counts]
+    found["pegged_share"], found["pegged_share_half_width"] = in_blocks(shares)
     return {**found, "screen_liquid_m3": in_blocks(rows["screen_liquid_m3"].tolist())[0]}
 
 

@@ -127,6 +127,16 @@ def count(folder: Path, scene: Mapping[str, Any], wall: Mapping[str, Any], deck:
     return gaps(axes[0], scene.get("periodic") == "x") * max(1, across)
 
 
+def slots(folder: Path, wall: Mapping[str, Any], deck: int) -> float | None:
+    """Return the length [m] of the longest gap along bars that cross no others; None for other apertures."""
+    points, body = corners(folder, [wall["name"], numbered(CROSS, deck)])
+    axes = axes_of(points, body)
+    if (axes[0] and axes[1]) or holes(corners(folder, [wall["name"]])[0]):
+        return None
+    along = 0 if axes[1] else 1
+    return max(float(np.ptp(points[body == one][:, :, along])) for one in np.unique(body))
+
+
 def gaps(axes: list[float], repeats: bool) -> int:
     """Return the number of gaps between axes, at least one; in a periodic box the last is before the copy of the first."""
     apart = np.diff(np.sort(axes))

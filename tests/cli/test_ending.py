@@ -21,7 +21,7 @@ from pywet.report import screen_page
 from pywet.runs.record import Status
 from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene
-from pywet.util.files import write_json, write_table
+from pywet.util.files import read_table, write_json, write_table
 from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
 from tests.products import made_up
@@ -37,25 +37,34 @@ REPLAY = {
     "not_checked": NOT_CHECKED,
 }
 RETAINED = 0.75
-"""Of the synthetic run; its own number is asserted in tests/cases/screening."""
+"""Of the synthetic run with its liquid and of its spheres alone; its own numbers are asserted in tests/cases/screening."""
 
 
-def finished(folder: Path, retained: float = RETAINED, **replay: object) -> Path:
+def finished(folder: Path, retained: float = RETAINED, dry: float = RETAINED, **replay: object) -> Path:
     """The synthetic case with results, a fraction retained, a replay and the configuration that it came from."""
     run = synthetic.make(folder)
     stages.results(run)
     write_json(run / "replay.json", {**REPLAY, **replay})
     summary = json.loads((run / "summary.json").read_text())
     write_json(run / "summary.json", {**summary, "fraction_retained_end": retained, "coarse_share": 0.5})
+    table = read_table(run / "results" / "fraction_retained.parquet")
+    table.loc[table.index[-1], "fraction_retained_spheres"] = dry
+    write_table(table, run / "results" / "fraction_retained.parquet")
     Image.new("RGB", (8, 8)).save(run / "picture.png")  # as new as the results, so no picture is drawn
     write_json(run / "config.json", config.load(ROOT / "config").resolved(2, "smoke"))
     return run
 
 
 def test_nothing_passed_has_no_sign(tmp_path: Path) -> None:
-    """Liquid drawn out of the bin raises the fraction retained a little above one: 0 %, not -0 %."""
-    output_text = list(ending.lines([RunDir(finished(tmp_path / "case02", 1.0001))], None))
+    """A share a little above one, by round-off: 0 %, not -0 %."""
+    output_text = list(ending.lines([RunDir(finished(tmp_path / "case02", 1.0001, 1.0 + 1e-15))], None))
     assert "so 0 % of what can pass has passed" in output_text[1]
+
+
+def test_what_has_passed_is_of_the_spheres(tmp_path: Path) -> None:
+    """Y of 0.78 with the liquid that stays on walls, of the spheres 0.75: (1 − 0.75)/(1 − 0.5), where 44 % would be of both."""
+    (line,) = ending._retained([RunDir(finished(tmp_path / "case02", 0.78, 0.75))])
+    assert "0.78; share that cannot pass 0.500, so 50 % of what can pass has passed" in line
 
 
 def test_ten_lines_of_a_case(tmp_path: Path) -> None:

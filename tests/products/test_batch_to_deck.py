@@ -15,6 +15,7 @@ from pywet.products import batch_to_deck, kinetics
 from pywet.util.files import read_table, write_json, write_table
 from tests.error_codes import raises_code
 from tests.products import made_up
+from tests.products.test_kinetics import stored
 
 FIRST_ORDER, K, DELAY = kinetics.LAWS[0], 3.0, 0.02
 TIMES = np.linspace(0.0, 1.0, 201)
@@ -44,12 +45,8 @@ def test_the_interval_of_a_mean_covers_it() -> None:
 
 
 def batch(folder: Path, rates: dict[str, float]) -> Path:
-    """Stored table of a batch whose classes pass by first order from a delay on."""
-    folder.mkdir()
-    table = {"time_since_opening_s": TIMES}
-    table |= {f"fraction_retained_{name}": FIRST_ORDER(TIMES, DELAY, k) for name, k in rates.items()}
-    pd.DataFrame(table).to_csv(folder / "fraction_retained.csv", index=False)
-    return folder
+    """Stored tables of a batch whose classes pass by first order from a delay on."""
+    return stored(folder, TIMES, {name: FIRST_ORDER(TIMES, DELAY, k) for name, k in rates.items()})
 
 
 def test_a_made_up_deck(tmp_path: Path) -> None:

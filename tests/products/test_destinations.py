@@ -14,7 +14,7 @@ from pywet.products import destinations, screening_report
 from pywet.report import bands
 from pywet.runs.rundir import RunDir
 from pywet.schema import TABLES
-from pywet.util.files import read_table, write_table
+from pywet.util.files import read_json, read_table, write_json, write_table
 from tests.products import made_up
 
 SIZES = {"coarse": 8.0, "fine": 3.0}
@@ -31,6 +31,19 @@ def test_shares_by_outlet_are_the_partition_of_the_screen(tmp_path: Path) -> Non
     (panel,) = bands.panels_of({"deck": [run]})
     assert panel.y == "share to the overs [-]" and panel.curves.keys() == {("deck", "overs")}  # unders are the rest
     assert bands.write(tmp_path / "f.svg", {"deck": [run]}).stat().st_size > 1000
+
+
+def test_what_stays_in_a_batch_is_with_the_overs(tmp_path: Path) -> None:
+    """Of a batch on one deck the shares are T of the screen too; its spheres that have not left are not left out."""
+    run = made_up.make(tmp_path, steps=1000)
+    scene = read_json(run / "scene.json")
+    write_json(run / "scene.json", {**scene, "classes": [{**c, "insertion": None} for c in scene["classes"]]})
+    curve = screening_report.analyse(run)[1]
+    _, (table,) = destinations.shares([RunDir(run)]) or ("", [pd.DataFrame()])
+    assert len(RunDir(run).table("history/retired")) < 3 * made_up.EACH
+    assert table["overs"].tolist() == pytest.approx(curve["T"].tolist())
+    low, high = destinations.intervals(RunDir(run), ["overs"])["overs"]
+    assert low == pytest.approx(curve["T_low"]) and high == pytest.approx(curve["T_high"])
 
 
 @pytest.fixture(scope="module")

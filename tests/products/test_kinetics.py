@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from pywet import stages
 from pywet.products import kinetics
+from pywet.runs import record
+from pywet.runs.distinct_seeds import distinct_seeds
+from pywet.runs.rundir import RunDir
+from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
 
 DATA = Path(__file__).parents[2] / "docs" / "full_scale" / "data"
@@ -77,13 +83,48 @@ def test_stored_full_scale_runs() -> None:
     assert "n 1.339 ± 0.16" in best
 
 
+def stored(folder: Path, times: Any, above: dict[str, Any], **facts: Any) -> Path:
+    """Tables of a case as the repository stores them, with the spheres that have not passed."""
+    folder.mkdir(exist_ok=True)
+    pd.DataFrame({"time_since_opening_s": times}).to_csv(folder / "fraction_retained.csv", index=False)
+    spheres = pd.DataFrame({f"above_{name}": 1e3 * y for name, y in above.items()}, index=range(len(times)))
+    spheres.to_csv(folder / "spheres.csv", index=False)
+    (folder / "run.json").write_text(json.dumps(facts))
+    return folder
+
+
+def test_liquid_that_leaves_a_class_is_no_passage(tmp_path: Path) -> None:
+    """With shedding the large spheres lose 2.8 % of their mass, all of it liquid, and none passes; a run counts spheres, too."""
+    table = kinetics.kinetics([DATA / "case02-shedding-10007"])
+    assert set(table["class"]) == {"small", "near_mesh"}
+    run = synthetic.make(tmp_path / "run", moist=True)
+    stages.results(run)
+    wet = RunDir(run).table("results/fraction_retained")
+    found = kinetics.curves(run)
+    assert found["POM 4 mm"].tolist() == [0.5, 0.0] and found["POM 8 mm"].tolist() == [1.0, 1.0]
+    assert wet["fraction_retained_pom_8_mm"].iloc[-1] != 1.0
+
+
+def test_another_case_is_no_seed(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Of stored tables by their case, of runs by their fingerprints, even with one seed and the same initial spheres."""
+    alone = kinetics.kinetics([DATA / "case01-10007"])
+    for other in ("case02-10009", "case01-paper-10007"):
+        caplog.clear()
+        assert kinetics.kinetics([DATA / "case01-10007", DATA / other]).equals(alone)
+        assert f"{other} was run with another configuration" in caplog.text
+    once = kinetics.kinetics([DATA / "case01-10007", DATA / "case01-10007"])
+    assert once.equals(alone) and "each seed is counted once" in caplog.text
+    runs = [synthetic.make(tmp_path / name, moist=False) for name in ("case01", "case02")]
+    for run in runs:
+        record.leave_identity(run, f"{run.name}, seed 1", run.name)
+    caplog.clear()
+    assert distinct_seeds(runs) == runs[:1] and "another configuration" in caplog.text and "seed 1" not in caplog.text
+
+
 def test_each_seed_counts_once(tmp_path: Path) -> None:
     """A run with the seed of another adds nothing to the fits, and is not taken for data that were not fitted."""
     for name, seed in (("one", 1), ("two", 2), ("again", 1)):
-        (tmp_path / name).mkdir()
-        curve = {"time_since_opening_s": TIMES, "fraction_retained_small": np.exp(-seed * TIMES)}
-        pd.DataFrame(curve).to_csv(tmp_path / name / "fraction_retained.csv", index=False)
-        (tmp_path / name / "scene.json").write_text(json.dumps({"seed": seed}))
+        stored(tmp_path / name, TIMES, {"small": np.exp(-seed * TIMES)}, seed=seed)
     one, two, again = (tmp_path / name for name in ("one", "two", "again"))
     assert kinetics.kinetics([one, two, again]).equals(kinetics.kinetics([one, two]))
     assert kinetics.kinetics([one, again])["rms_held_out"].isna().all()
@@ -92,7 +133,5 @@ def test_each_seed_counts_once(tmp_path: Path) -> None:
 def test_what_has_no_curve_is_refused(tmp_path: Path) -> None:
     with raises_code("kinetics.no_curve"):
         kinetics.kinetics([tmp_path])
-    flat = pd.DataFrame({"time_since_opening_s": TIMES, "fraction_retained_large": 1.0})
-    flat.to_csv(tmp_path / "fraction_retained.csv", index=False)
     with raises_code("kinetics.none_passes"):
-        kinetics.kinetics([tmp_path])
+        kinetics.kinetics([stored(tmp_path, TIMES, {"large": 1.0})])

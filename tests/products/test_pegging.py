@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pywet import config as settings
@@ -14,7 +15,7 @@ from pywet.cases.custom import building
 from pywet.cases.custom.description import Scene
 from pywet.cases.screening import cases
 from pywet.geometry.motion import engine_displacement, velocity
-from pywet.products import apertures
+from pywet.products import apertures, screening_report, streams
 from pywet.products.apertures import area, count, pegged, screen_of
 from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene, Vibration
@@ -142,6 +143,34 @@ def test_openings_at_the_sides_of_a_deck_are_apertures(tmp_path: Path, deck: dic
     one = {"name": "beads", "material": "glass", "diameter_mm": 3, "count": 4, "box": box}
     building.write(Scene(**beads(deck=given, spheres=[one])), tmp_path)
     assert counted(tmp_path)[1] == openings
+
+
+@pytest.mark.parametrize(("mesh", "each"), [("slotted", 3.0 / 70.0), ("square", 1.0), ("punched_round", 1.0)])
+def test_a_sphere_blocks_its_diameter_of_a_slot(tmp_path: Path, mesh: str, each: float) -> None:
+    """12 spheres of 3 mm in six slots of 70 mm block 8.6 % of their length, where they are twice as many as the slots.
+
+    Of other meshes one blocks one aperture. The reference finds the same.
+    """
+    deck = {"length_mm": 70, "width_mm": 40, "side_mm": 20, "aperture_mm": 5, "wire_mm": 2, "mesh": mesh,
+            "stroke": {"amplitude_mm": 2, "frequency_Hz": 20}}  # fmt: skip
+    box = {"low_mm": (5, -4, 4), "high_mm": (40, 4, 20)}
+    one = {"name": "beads", "material": "glass", "diameter_mm": 3, "count": 4, "box": box}
+    building.write(Scene(**beads(deck=deck, spheres=[one])), tmp_path)
+    run = RunDir(tmp_path)
+    series = pd.DataFrame(
+        {"time_s": [0.1 * k for k in range(9)], "pegged_1": [6.0] * 5 + [18.0] * 4, "screen_liquid_m3": 0.0}
+    )
+    given = {"from_s": 0.05, "to_s": 0.85}
+    flow = streams.Streams(pd.DataFrame(), True, given["from_s"], given["to_s"], True)
+    found, (_, number) = screening_report._of_screen(run, flow, series), counted(tmp_path)
+    assert found["apertures"] == number and found["pegged"] == 12.0
+    assert found["pegged_share"] == pytest.approx(12.0 * each / number, rel=1e-6)  # corners have single precision
+    assert found["pegged_share_half_width"] == pytest.approx(found["pegged_half_width"] * each / number, rel=1e-6)
+    wall = screen_wall.of(io.scene(tmp_path), 1)
+    assert wall is not None
+    slot = screen_wall.slots(tmp_path, wall, 1)
+    mine = screen_series.on_screen(series, given, number, {"pegged_1": 3e-3 / slot} if slot else None)
+    assert mine == {key: pytest.approx(found[key], rel=1e-9) for key in mine}
 
 
 def test_a_sphere_in_the_mouth_of_a_thick_plate_pegs_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

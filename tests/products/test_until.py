@@ -18,10 +18,14 @@ from pywet import scene_stages
 from pywet.cases.custom import building
 from pywet.engines import run_store, schedule
 from pywet.engines.liggghts import driver, process
-from pywet.products import until
+from pywet.products import screening_report, until
 from pywet.products.partition import wilson
+from pywet.report import screen_page
+from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene
-from reference_impl.replay import plans
+from pywet.util.files import write_json
+from reference_impl.replay import io, plans
+from reference_impl.tables import known as known_accuracy
 from tests.error_codes import raises_code
 from tests.products import made_up
 from tests.products.test_outlets import scene
@@ -64,7 +68,7 @@ def test_the_interval_is_that_of_the_blocks() -> None:
     asked = until.Until(partition_percent=40, least_blocks=5, least_spheres=10, from_s=0.0)
     found = until.assess(whole, spheres, gone, asked)
     fine, coarse = found["sizes"]
-    assert (fine["T"], fine["spheres"], coarse["T"], coarse["spheres"]) == (0.0, 24, 0.5, 24)
+    assert (fine["T"], fine["spheres"], coarse["spheres"]) == (0.0, 24, 24) and coarse["T"] == pytest.approx(0.5)
     low, high = wilson(0, 24)
     assert fine["half_width"] == pytest.approx(0.5 * (high - low))
     spread = math.sqrt(sum((n - 2) ** 2 for n in OVERS) / 5 / 6) / 4
@@ -73,6 +77,27 @@ def test_the_interval_is_that_of_the_blocks() -> None:
     later = until.assess(whole, spheres, gone, asked.model_copy(update={"from_s": 0.25}))
     assert later["counted_blocks"] == 4 and later["from_s"] == pytest.approx(0.4) and not later["reached"]
     assert not until.assess(whole, spheres, gone, asked.model_copy(update={"least_spheres": 25}))["reached"]
+
+
+def test_the_partition_curve_is_that_of_the_blocks(tmp_path: Path) -> None:
+    """From `from_s` on, rounded up to a block, T of each size is that of the screen and its page: of masses, where two classes
+    of one size differ in density. The reference finds the same numbers."""
+    run, whole = made_up.make(tmp_path), made_up.scene()
+    one, two, three, four = whole.classes
+    heavy = three.model_copy(update={"radius_m": two.radius_m, "density_kg_per_m3": 2.0 * two.density_kg_per_m3})
+    whole = whole.model_copy(update={"blocks": 10, "classes": (one, two, heavy, four)})
+    write_json(run / "scene.json", whole.model_dump(mode="json"))
+    asked = until.Until(partition_percent=40, least_spheres=10, from_s=0.5)
+    write_json(run / "description.json", {"until": asked.model_dump(mode="json")})
+    found, numbers = until.write(RunDir(run)), screening_report.write(run)
+    curve = RunDir(run).table("results/partition")
+    assert numbers["from_s"] == found["from_s"] == pytest.approx(0.6) and numbers["steady"]
+    assert [s["T"] for s in found["sizes"]] == pytest.approx(curve["T"].tolist(), rel=1e-12)
+    assert curve["T"].iloc[1] > 0.55  # a quarter of the light and three of the heavy spheres
+    assert sum(s["spheres"] for s in found["sizes"]) == sum(numbers["spheres"].values())
+    assert screen_page._more(RunDir(run), numbers)["means from – to"] == "0.6 – 2 s (from until.from_s on)"
+    assert made_up.disagrees(run, numbers) == []
+    assert [h.name for h in known_accuracy.held(run, io.scene(run)) if h.wrong] == []
 
 
 def test_a_longer_run_begins_like_a_shorter_one() -> None:

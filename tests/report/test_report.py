@@ -254,10 +254,12 @@ def _reseeded(run: Path, to: Path, seed: int) -> Path:
 
 
 def test_the_first_screen_answers(config: settings.Config, folder: Path) -> None:
-    """Of what can pass has passed (1 - Y)/(1 - share that cannot pass); the answer comes first, the cross-check last."""
+    """Of what can pass has passed (1 - Y)/(1 - share that cannot pass), Y of the spheres without their liquid; the answer comes
+    first, the cross-check last."""
     text = _write(config, folder)
     summary = json.loads((folder / "case02" / "summary.json").read_text())
-    share = 100 * (1 - summary["fraction_retained_end"]) / (1 - summary["coarse_share"])
+    table = pd.read_parquet(folder / "case02" / "results" / "fraction_retained.parquet")
+    share = 100 * (1 - table["fraction_retained_spheres"].iloc[-1]) / (1 - summary["coarse_share"])
     assert f"{share:.0f} % with 5 % liquid" in text.partition("<nav>")[0]
     assert (
         text.index('id="answer"')

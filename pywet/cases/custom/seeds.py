@@ -9,8 +9,7 @@ from typing import Any
 
 from pywet.cases.screening import verdict
 from pywet.products.feed import LEFT_OUT
-from pywet.runs import record
-from pywet.runs.distinct_seeds import distinct_seeds, not_counted
+from pywet.runs.distinct_seeds import distinct_seeds
 from pywet.runs.loaded import Run
 from pywet.runs.rundir import RunDir
 from pywet.runs.spread import with_interval
@@ -30,10 +29,7 @@ def of_scene(folder: Path) -> list[Run]:
     found = (p for p in folder.parent.glob(f"{folder.name}-*") if p.name.removeprefix(f"{folder.name}-").isdigit())
     others = [p for p in found if description and (p / "summary.json").exists() and but_seed(p) == description]
     others.sort(key=lambda p: int(p.name.rpartition("-")[2]))
-    alike = [p for p in others if record.alike(folder, p)]
-    for other in (p for p in others if p not in alike):
-        not_counted(other, folder)
-    return [Run(p) for p in distinct_seeds([folder, *alike])]
+    return [Run(p) for p in distinct_seeds([folder, *others])]
 
 
 def but_seed(folder: Path) -> dict[str, Any]:

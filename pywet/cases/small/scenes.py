@@ -22,7 +22,7 @@ from pywet.cases.small.bodies import last
 from pywet.errors import PywetError, one_line
 from pywet.geometry.surface import Surface
 from pywet.laws import registry
-from pywet.laws.contact import film_volume
+from pywet.laws.contact import S_MIN, film_volume
 from pywet.laws.hertz import Elastic, Hertz
 from pywet.planning import step_choice
 from pywet.runs import record
@@ -39,8 +39,12 @@ CONTACTS, POISSON, IMPACT = ("linear", "hertz"), 0.25, 1.0
 """Dry contact laws, Poisson's ratio of glass, and an upper bound on impact speeds in a bed or drum [m/s]."""
 SLOWEST = 0.05
 """Smallest restitution at which the spheres of a collision part within the default time."""
+DRAWN, PARTED = 0.02, 1.2
+"""Way of a pull in a step over S_min, on which the viscous force decreases; its whole way over the rupture distance."""
 DRUM_WIDTH = 8.0
 """Width of the drum over the radius of its spheres."""
+HALF_TURN, CARRIED = 0.5, 1.0 / 6.0
+"""Least turns of the drum by default, and before the mean of its angle for the bed not merely to be carried along."""
 
 
 @dataclass(frozen=True)
@@ -110,15 +114,23 @@ def springs(stiffness: float, rolling_m: float = 2e-5) -> tuple[ContactPair, ...
 
 
 def pull(run_dir: Path, choice: Choice) -> dict[str, float]:
-    """Run two spheres drawn apart from touch: largest force [N], rupture distance [m], work [J]."""
-    step, speed, r = 1e-5, choice.speed_m_per_s or 0.05, choice.radius_m
+    """Run two spheres drawn apart from touch: largest force [N], rupture distance [m], nan if none ruptured, work [J]."""
+    sphere, speed, r = choice.glass(2), choice.speed_m_per_s or 0.05, choice.radius_m
+    step = min(choice.time_step(sphere, SOFT), DRAWN * S_MIN * r / speed)
+    seconds = choice.seconds or max(PARTED * _longest(choice, sphere, speed), 0.1 * r) / speed
     drawn = [
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
         small.Sphere(1, (0.0, 0.0, 2.0 * r), (0.0, 0.0, speed), driven=True),
     ]
-    _run("pull", run_dir, choice, drawn, step, choice.seconds or 0.8 * r / speed, log_every_step=True)
+    _run("pull", run_dir, choice, drawn, step, seconds, log_every_step=True, travel=speed * seconds)
     log, events = (read_table(run_dir / "history" / f"{name}.parquet") for name in ("contacts", "events"))
     broken = events[events["kind"] == 1]
+    if broken.empty and _ledger(run_dir)["bridge_count"]:
+        notice.warning(
+            "the bridge has not ruptured after %.3g s; its rupture distance is not known, and the work is that of a part of the "
+            "pull: raise --seconds",
+            seconds,
+        )
     return {
         "largest_force_N": float(np.abs(log["force_i_z"]).max()),
         "rupture_distance_m": float(broken["separation"].iloc[0]) if len(broken) else math.nan,
@@ -136,7 +148,7 @@ def collision(run_dir: Path, choice: Choice) -> dict[str, float]:
         small.Sphere(1, (0.0, 0.0, r + 0.5 * gap), (0.0, 0.0, -v)),
     ]
     step = min(choice.time_step(sphere, HARD), 2e-6)
-    seconds = choice.seconds or (4.0 * gap + 2.0 * r + _longest(choice, sphere) / SLOWEST) / speed
+    seconds = choice.seconds or (4.0 * gap + 2.0 * r + _longest(choice, sphere, SLOWEST * speed) / SLOWEST) / speed
     _run("collision", run_dir, choice, thrown, step, seconds, stiffness=HARD, travel=v * seconds)
     energy = read_table(run_dir / "history" / "energy.parquet").iloc[-1]
     return {
@@ -145,12 +157,16 @@ def collision(run_dir: Path, choice: Choice) -> dict[str, float]:
     }
 
 
-def _longest(choice: Choice, sphere: SphereClass) -> float:
-    """Return the static rupture distance [m] of the bridge that two spheres form."""
-    draw, rupture = (registry.get(kind, small.PAPER.laws[kind]).functions[0] for kind in ("formation", "rupture"))
-    r, angle = sphere.radius_m, sphere.contact_angle_rad
-    volume = 2.0 * draw(film_volume(choice.liquid(sphere).initial_film_thickness_m, r), r, r)
-    return float(rupture(volume, r, r, angle, angle)) if volume > 0.0 else 0.0
+def _longest(choice: Choice, sphere: SphereClass, speed: float) -> float:
+    """Return the rupture distance [m] of the bridge that two spheres form and that is drawn at a speed [m/s]."""
+    kinds = ("formation", "rupture", "dynamic_rupture")
+    draw, rupture, factor = (registry.get(kind, small.PAPER.laws[kind]).functions[0] for kind in kinds)
+    r, angle, liquid = sphere.radius_m, sphere.contact_angle_rad, choice.liquid(sphere)
+    volume = 2.0 * draw(film_volume(liquid.initial_film_thickness_m, r), r, r)
+    if volume <= 0.0:
+        return 0.0
+    faster = factor(speed, liquid.viscosity_Pa_s, liquid.surface_tension_N_per_m)
+    return float(rupture(volume, r, r, angle, angle) * faster)
 
 
 def _restitution(run_dir: Path, choice: Choice, energy: float, speed: float) -> float:
@@ -199,8 +215,14 @@ def drum(run_dir: Path, choice: Choice) -> dict[str, float]:
     Mean and standard deviation over the second half of the run, see `bed_angles`.
     """
     poured, where = in_a_drum(choice)
-    step = choice.time_step(choice.glass(choice.spheres), SOFT)
-    _run("drum", run_dir, choice, poured, step, choice.seconds or 1.5, **where)
+    step, turn = choice.time_step(choice.glass(choice.spheres), SOFT), 60.0 / choice.turns_per_minute
+    seconds = choice.seconds or max(1.5, HALF_TURN * turn)
+    _run("drum", run_dir, choice, poured, step, seconds, **where)
+    if 0.5 * seconds < CARRIED * turn:
+        notice.warning(
+            "the drum turned by %.3g° before its angle was averaged; the bed may only have been carried along: raise --seconds",
+            180.0 * seconds / turn,
+        )
     angle, ledger = bed_angles(run_dir), _ledger(run_dir)
     return {
         "dynamic_angle_deg": float(angle.mean()),
@@ -297,7 +319,7 @@ def _run(
     small.prepare(
         run_dir, [sphere], spheres, choice.dry(sphere, dry), liquid=choice.liquid(sphere), effects=small.PAPER, walls=walls,
         wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps, output=output,
-        box=1.1 * max([0.05, travel, *(float(np.abs(w.corners).max()) for w in walls)]),
+        box=1.1 * max([0.05, 3.0 * choice.radius_m + travel, *(float(np.abs(w.corners).max()) for w in walls)]),
         viscous_integration=choice.viscous_integration, hertz=hertz, **more,
     )  # fmt: skip
     small.run(run_dir, spheres, choice.ranks, engine=choice.engine)

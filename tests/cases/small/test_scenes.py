@@ -40,6 +40,28 @@ def test_pull(tmp_path: Path) -> None:
     assert found["largest_force_N"] > touch
 
 
+@pytest.mark.parametrize(
+    ("speed", "percent", "viscosity"), [(0.05, 1.0, 1e-3), (1.0, 1.0, 1e-3), (0.05, 20.0, 1e-3), (0.5, 10.0, 0.1)]
+)
+def test_the_first_force_of_a_pull_and_its_end_at_any_speed(
+    tmp_path: Path, speed: float, percent: float, viscosity: float
+) -> None:
+    """The largest force is that at touch by the laws; 5 %: the bridge acts from the first steps on, which are S_min/50 long."""
+    choice = scenes.Choice(speed_m_per_s=speed, moisture_percent=percent, viscosity_Pa_s=viscosity)
+    found = scenes.run("pull", tmp_path, choice)
+    volume = float(pd.read_parquet(tmp_path / "history" / "events.parquet")["volume"].iloc[0])
+    r, angle = choice.radius_m, math.radians(15.0)
+    touch = registry.get("capillary", "rabinovich").functions[0](0.0, volume, r, r, angle, angle, 0.0728)
+    touch -= registry.get("viscous_normal", "pitois").functions[0](0.0, volume, r, r, speed, viscosity)
+    assert 0.95 * touch < found["largest_force_N"] <= touch
+    assert found["rupture_distance_m"] > 0.3 * r
+
+
+def test_a_pull_that_ends_before_the_rupture_is_named(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    assert math.isnan(scenes.run("pull", tmp_path, scenes.Choice(seconds=1e-3))["rupture_distance_m"])
+    assert "the bridge has not ruptured after 0.001 s" in caplog.text
+
+
 def test_collision_loses_more_with_more_liquid(tmp_path: Path) -> None:
     """Dry restitution is 0.8; a thin film takes some of it, and more viscous liquid more."""
     thin, thick = (
@@ -119,10 +141,21 @@ def test_turning_wall_carries_its_velocity(tmp_path: Path) -> None:
     assert replay(tmp_path)["ok"]
 
 
-def test_drum(tmp_path: Path) -> None:
+def test_a_drum_turns_by_half_a_turn_at_least(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """30 s at one turn a minute, 1.5 s at 20 and more."""
+    asked: list[float] = []
+    monkeypatch.setattr(scenes, "_run", lambda *given, **_: asked.append(given[4]))
+    for turns in (1.0, 20.0, 60.0):
+        with raises_code("run.no_scene"):
+            scenes.drum(tmp_path, scenes.Choice(spheres=60, turns_per_minute=turns))
+    assert asked == pytest.approx([30.0, 1.5, 1.5])
+
+
+def test_drum(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """Sixty moist spheres in a turning drum lean to the rising side; the budget of energy closes to round-off, walls turning."""
     found = scenes.run("drum", tmp_path, scenes.Choice(spheres=60, seconds=0.25, turns_per_minute=40.0))
     assert 5.0 < found["dynamic_angle_deg"] < 80.0
+    assert "the drum turned by 30° before its angle was averaged" in caplog.text
     energy = pd.read_parquet(tmp_path / "history" / "energy.parquet")
     moving = energy["kinetic"] + energy["spin"]
     left = moving - moving.iloc[0] - energy[WORKS].sum(axis=1) - energy["half_kick"]
