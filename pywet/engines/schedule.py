@@ -15,8 +15,6 @@ import numpy as np
 from pywet.geometry.motion import slides
 from pywet.scene import SHORT_WINDOW, EngineScene
 
-DROP_INTERVAL = 1e-3
-"""Time [s] over which the specific force on a film is averaged; films of 1 mm3 respond in 0.6 ms, of 10 mm3 in 2 ms."""
 RETIRE_EVERY_S = 0.25
 """Longest time [s] between steps at which spheres are retired: most fines of a sieve pass within some seconds, and a checkpoint
 costs as much as some hundred steps."""
@@ -119,14 +117,6 @@ def created(scene: EngineScene, enters: np.ndarray) -> np.ndarray:
         return np.zeros_like(enters)
     ahead = max(every, round(scene.created_ahead_s / scene.time_step_s))
     return every * -(-np.maximum(enters - ahead, 0) // every)
-
-
-def drop_every(scene: EngineScene) -> int:
-    """Return the steps between checks for drops: about `DROP_INTERVAL`, and an integer fraction of the output interval."""
-    looks = max(1, round(scene.output_every * scene.time_step_s / DROP_INTERVAL))
-    return next(
-        scene.output_every // n for n in range(min(looks, scene.output_every), 0, -1) if scene.output_every % n == 0
-    )
 
 
 def checkpoints(scene: EngineScene, avoided: Sequence[Window] = ()) -> list[int]:
