@@ -19,7 +19,7 @@ RETIRE_EVERY_S = 0.25
 """Longest time [s] between steps at which spheres are retired: most fines of a sieve pass within some seconds, and a checkpoint
 costs as much as some hundred steps."""
 SKIPPED = 2.0
-"""Longest time of a sphere in an outlet, in intervals between checkpoints: one within a sampling window is skipped."""
+"""Longest time between removals in outlets, in intervals between checkpoints: one of two may be within a sampling window."""
 OUTLET_EVERY_S = 0.02
 """Longest time [s] between removals at outlets: at 1 m/s a sphere falls at most 2 cm beyond the outlet's plane."""
 Window = tuple[int, int]
