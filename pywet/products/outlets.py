@@ -144,7 +144,7 @@ def refuse_thin(
 
 
 def refuse_skipped(scene: typed.EngineScene) -> None:
-    """Refuse sampling windows that contain two successive checks of the outlets, later than which (`SKIPPED`) no sphere may leave."""
+    """Refuse sampling windows that contain two successive checks of the outlets: spheres leave within `SKIPPED` intervals."""
     if not scene.outlets:
         return
     every = checkpoint_every(scene)
