@@ -28,7 +28,7 @@ MIDDLES = ((0.0, 0.0, 0.0), (0.02, 0.01, 0.0), (0.02, 0.02, -0.02))
 
 
 def pairs(shift: float = 0.0) -> str:
-    """Two spheres at each of these places, shifted along x, that meet aslant while they drift, touch, and part; both turn then."""
+    """Two spheres at each of these places, shifted along x, that meet aslant while they drift, touch, part and turn."""
     rows = []
     for k, middle in enumerate(MIDDLES):
         for side in (-1.0, 1.0):
