@@ -261,6 +261,8 @@ RESERVED_STARTS = ("p_", "move_", "drive_")
 """Prefixes used in the decks, with which no wall's name may start."""
 
 
+DROP_INTERVAL = 1e-3
+"""Time [s] over which the specific force on a film is averaged; films of 1 mm3 respond in 0.6 ms, of 10 mm3 in 2 ms."""
 RETIRED_DEPTH = 2.0
 """Depth of a retired sphere below the plane of the bin in largest diameters, so that it touches nothing above the plane."""
 RETIRED_RISE = 0.01
@@ -521,9 +523,15 @@ class EngineScene(Computable):
 
     @property
     def output_every(self) -> int:
-        """Return the number of steps between outputs, at which bridges act."""
-        every = self.bridges_every
+        """Return the number of steps between outputs, at which bridges act and, if spheres shed, drops may fall."""
+        every = self.drop_every if self.effects.shedding else self.bridges_every
         return every * max(1, round(self.output.interval_s / self.time_step_s) // every)
+
+    @property
+    def drop_every(self) -> int:
+        """Return the number of steps between checks for drops: about `DROP_INTERVAL`, and at most `output_every`."""
+        steps, checks = round(self.output.interval_s / self.time_step_s), round(self.output.interval_s / DROP_INTERVAL)
+        return self.bridges_every * max(1, steps // (max(1, checks) * self.bridges_every))
 
     @property
     def output_steps(self) -> list[int]:

@@ -15,13 +15,11 @@ import numpy as np
 from pywet.geometry.motion import slides
 from pywet.scene import SHORT_WINDOW, EngineScene
 
-DROP_INTERVAL = 1e-3
-"""Time [s] over which the specific force on a film is averaged; films of 1 mm3 respond in 0.6 ms, of 10 mm3 in 2 ms."""
 RETIRE_EVERY_S = 0.25
 """Longest time [s] between steps at which spheres are retired: most fines of a sieve pass within some seconds, and a checkpoint
 costs as much as some hundred steps."""
 SKIPPED = 2.0
-"""Longest time of a sphere in an outlet, in intervals between checkpoints: one within a sampling window is skipped."""
+"""Longest time between removals in outlets, in intervals between checkpoints: one of two may be within a sampling window."""
 OUTLET_EVERY_S = 0.02
 """Longest time [s] between removals at outlets: at 1 m/s a sphere falls at most 2 cm beyond the outlet's plane."""
 EARLY = 0.02
@@ -133,14 +131,6 @@ def early_end(scene: EngineScene) -> list[str]:
         f"the last output is at {last_s:.3g} s of {end_s:.3g} s, and numbers at the end are its: set an output interval that "
         "divides the duration"
     ]
-
-
-def drop_every(scene: EngineScene) -> int:
-    """Return the steps between checks for drops: about `DROP_INTERVAL`, and an integer fraction of the output interval."""
-    looks = max(1, round(scene.output_every * scene.time_step_s / DROP_INTERVAL))
-    return next(
-        scene.output_every // n for n in range(min(looks, scene.output_every), 0, -1) if scene.output_every % n == 0
-    )
 
 
 def checkpoints(scene: EngineScene, avoided: Sequence[Window] = ()) -> list[int]:

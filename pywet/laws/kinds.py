@@ -56,7 +56,7 @@ PULLS: Sense = (
 DRAGS: Sense = ("a force against the velocity", lambda value, at: value * at["normal_velocity"] <= 0)
 BRAKES: Sense = ("a coefficient of 0 or more", lambda value, at: value >= 0)
 PARTS: Sense = ("a distance above 0", lambda value, at: value > 0)
-STRETCHES: Sense = ("a factor above 0", lambda value, at: value > 0)
+STRETCHES: Sense = ("a factor of 1 or more", lambda value, at: value >= 1)
 DRAWS: Sense = (
     "a volume from 0 to that of the film",  # the film of a wall counts within ten radii
     lambda value, at: (value >= 0) & (value <= 1.000001 * _film(at)),

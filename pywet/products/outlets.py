@@ -15,7 +15,7 @@ from pydantic import model_validator
 
 from pywet import scene as typed
 from pywet.config.entries import Excusable
-from pywet.engines.schedule import SKIPPED, outlets_every_s
+from pywet.engines.schedule import SKIPPED, checkpoint_every, outlets_every_s, windows
 from pywet.errors import ConfigError
 from pywet.geometry.surface import Floats
 from pywet.scene import Bound, Identifier, Product, Vector
@@ -141,3 +141,18 @@ def refuse_thin(
                 f"{way:.3g} mm between two checks of it; expected it open below: null in place of {open_:g} in its {end}",
                 code="scene.thin_outlet", key=f"outlets.{outlet.name}",
             )  # fmt: skip
+
+
+def refuse_skipped(scene: typed.EngineScene) -> None:
+    """Refuse sampling windows that contain two successive checks of the outlets: spheres leave within `SKIPPED` intervals."""
+    if not scene.outlets:
+        return
+    every = checkpoint_every(scene)
+    skipped = {n for first, last in windows(scene) for n in range(max(1, -(-first // every)), -(-last // every))}
+    if twice := [n for n in skipped if n + 1 in skipped]:
+        at, after = (every * n * scene.time_step_s for n in (min(twice), min(twice) + 1))
+        raise ConfigError(
+            f"scene {scene.name}: the checks of the outlets at {at:.4g} and {after:.4g} s are in sampling windows, in which no "
+            "sphere leaves; expected no two in succession: lower results.window_steps or results.windows",
+            code="scene.outlet_windows", key="results.window_steps",
+        )  # fmt: skip

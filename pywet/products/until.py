@@ -21,6 +21,7 @@ from pywet.config.entries import Excusable
 from pywet.engines import schedule
 from pywet.errors import ConfigError, PywetError
 from pywet.products import streams
+from pywet.products.outlets import refuse_skipped
 from pywet.products.partition import mean_and_half_width, wilson
 from pywet.products.streams import PRODUCTS
 from pywet.runs import retired, tables
@@ -60,7 +61,7 @@ def in_blocks(scene: EngineScene, until: Until, blocks: int | None) -> EngineSce
     Raises
     ------
     ConfigError
-        If no product is collected, or if blocks are too short or too few.
+        If no product is collected, if blocks are too short or too few, or if sampling windows prevent removals.
     """
     name, step = f"scene {scene.name}: until", scene.time_step_s
     if missing := streams.uncollected(scene):
@@ -103,6 +104,7 @@ def in_blocks(scene: EngineScene, until: Until, blocks: int | None) -> EngineSce
             given=size * step,
             expected=shortest,
         )
+    refuse_skipped(whole)
     return whole.of_blocks(min(most, blocks or least))
 
 

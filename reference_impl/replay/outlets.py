@@ -24,8 +24,8 @@ class Regions:
     low: Floats
     high: Floats
     least: Floats
-    gravity: float
-    """Acceleration along z [m/s2]."""
+    gravity: Floats
+    """Acceleration along x, y, z [m/s2]."""
     longest: float
     """Longest time [s] between two checks of a sphere."""
     steps: Floats
@@ -44,13 +44,18 @@ class Regions:
         return np.asarray(inside & (self.highest(x, v) >= self.least[:, None] - margin))
 
     def highest(self, x: Floats, v: Floats) -> Floats:
-        """Return for each outlet a row of the largest heights since the spheres crossed its plane: at a vertex or an end."""
+        """Return for each outlet a row of the largest heights since the spheres crossed its plane: at a vertex or an end.
+
+        The time since then is the smallest positive root of g t²/2 - v t + (x - low) = 0, along x.
+        """
+        along, down = self.gravity[0], self.gravity[2]
+        beyond = x[:, 0] - self.low[:, :1]
         with np.errstate(divide="ignore", invalid="ignore"):
-            since = (x[:, 0] - self.low[:, :1]) / np.maximum(v[:, 0], 0.0)
+            since = 2.0 * beyond / np.maximum(v[:, 0] + np.sqrt(v[:, 0] ** 2 - 2.0 * along * beyond), 0.0)
         since = np.where(np.isfinite(since), np.clip(since, 0.0, self.longest), self.longest)
-        vertex = np.clip(v[:, 2] / self.gravity, 0.0, since) if self.gravity < 0.0 else np.zeros_like(since)
+        vertex = np.clip(v[:, 2] / down, 0.0, since) if down < 0.0 else np.zeros_like(since)
         times = np.stack([np.zeros_like(since), vertex, since])
-        return np.asarray((x[:, 2] - v[:, 2] * times + 0.5 * self.gravity * times**2).max(axis=0))
+        return np.asarray((x[:, 2] - v[:, 2] * times + 0.5 * down * times**2).max(axis=0))
 
     def holds(self, x: Floats, v: Floats, margin: float = 0.0) -> Floats:
         """Return which spheres an outlet takes."""
@@ -82,4 +87,4 @@ def of(folder: Path, steps: Floats) -> Regions:
         [-np.inf if o.get("crossing_above_m") is None else o["crossing_above_m"] for o in scene["outlets"]]
     )
     interval = plans.checkpoints_every(scene, plans.plan(folder).steps) * float(scene["time_step_s"])
-    return Regions(low, high, least, float(scene["gravity_m_per_s2"][2]), 2.0 * interval, steps, enters)
+    return Regions(low, high, least, np.array(scene["gravity_m_per_s2"], float), 2.0 * interval, steps, enters)

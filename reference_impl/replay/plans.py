@@ -121,20 +121,25 @@ def taken_out(scene: dict[str, Any]) -> bool:
 
 
 def outputs_every(scene: dict[str, Any]) -> int:
-    """Return the number of steps between outputs."""
-    slow = impulse(scene)
-    return slow * max(1, round(scene["output"]["interval_s"] / float(scene["time_step_s"])) // slow)
+    """Return the number of steps between outputs, each of which is a check for drops too if films shed them."""
+    wanted = _interval_steps(scene)
+    unit = drops_every(scene) if scene["effects"].get("shedding") else impulse(scene)
+    return max(unit, wanted - wanted % unit)
 
 
 DROPS_EVERY_S = 1e-3
-"""Time between two checks for drops, about: the checks divide the time between outputs into equal parts."""
+"""Time between two checks for drops, about."""
 
 
 def drops_every(scene: dict[str, Any]) -> int:
-    """Return the number of steps between checks for drops."""
-    steps = outputs_every(scene)
-    parts = max(1, round(steps * float(scene["time_step_s"]) / DROPS_EVERY_S))
-    return steps // max(n for n in range(1, min(parts, steps) + 1) if steps % n == 0)
+    """Return the number of steps between checks for drops, at which bridges are evaluated too."""
+    parts = max(round(scene["output"]["interval_s"] / DROPS_EVERY_S), 1)
+    return max(_interval_steps(scene) // parts // impulse(scene), 1) * impulse(scene)
+
+
+def _interval_steps(scene: dict[str, Any]) -> int:
+    """Return the steps in the time between outputs that was asked for, to the nearest."""
+    return round(scene["output"]["interval_s"] / float(scene["time_step_s"]))
 
 
 def impulse(scene: dict[str, Any]) -> int:

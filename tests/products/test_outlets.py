@@ -217,6 +217,37 @@ def test_dry_spheres_fall_into_an_outlet_until_nobody_is_left(tmp_path: Path) ->
     assert found.contact_statistics["largest_speed_m_per_s"].iloc[-1] == 0.0
 
 
+@pytest.mark.engine
+@pytest.mark.parametrize(("along", "speed"), [(4.1, 0.1), (-4.1, 0.3), (0.0, 0.2)])
+def test_the_height_at_an_end_is_that_of_the_path_under_inclined_gravity(
+    tmp_path: Path, along: float, speed: float
+) -> None:
+    """Spheres in flight cross x = 0 after 2 ms at 0.5 and -1.5 mm, and are seen 38 ms later, both 13 mm lower."""
+    g, v, before = np.array([along, 0.0, -8.9]), np.array([speed, 0.0, -0.2]), 0.002
+    entries = [
+        {
+            "name": name, "material": "glass", "diameter_mm": 1,
+            "at_mm": [tuple(1e3 * (np.array([0.0, y, z]) - v * before + 0.5 * g * before**2))],
+            "velocity_m_per_s": tuple(v - g * before),
+        }
+        for name, y, z in (("above", -0.01, 5e-4), ("below", 0.01, -1.5e-3))
+    ]  # fmt: skip
+    outlets = [
+        {"name": "over", "low_mm": (0, None, None), "crossing_above_mm": -1},
+        {"name": "under", "high_mm": (None, None, -5)},
+    ]
+    found = pywet.run(
+        scene(
+            spheres=entries, walls=[], outlets=outlets, liquid=None, duration_s=0.08, gravity_m_per_s2=tuple(g),
+            results={"interval_s": 0.04, "windows": 0},
+        ),
+        tmp_path,
+    )  # fmt: skip
+    left = gone(tmp_path).sort_values("id")
+    assert left["time"].to_numpy() == pytest.approx([0.04, 0.04]) and left["outlet"].to_list() == [1, 2]
+    assert found.replay["quantities"]["retired_who"]["ok"]
+
+
 def other_outlet(table: pd.DataFrame) -> pd.DataFrame:
     return table.assign(outlet=3 - table["outlet"])
 
@@ -258,11 +289,21 @@ def test_injected_faults_are_found(run: pywet.Run, tmp_path: Path, name: str) ->
             "scene.thin_outlet",
             "",
         ),
+        ({"results": {"windows": 2, "window_steps": 3000}}, "scene.outlet_windows", "at 0.06 and 0.08 s"),
+        ({"results": {"windows": 1000, "window_steps": 20}}, "scene.outlet_windows", "at 0.02 and 0.04 s"),
     ],
 )  # fmt: skip
 def test_outlets_that_cannot_be_are_refused(changes: dict[str, Any], code: str, says: str) -> None:
     with raises_code(code, says=says):
         building.Building(scene(**changes)).scene()
+
+
+def test_a_window_may_skip_one_check() -> None:
+    """Of 1000 steps, as many as are between two checks."""
+    made = building.Building(scene(results={"interval_s": 0.01, "windows": 3, "window_steps": 1000})).scene()
+    every, windows = schedule.checkpoint_every(made), schedule.windows(made)
+    checks = [s for s in range(0, made.steps + 1, every) if not any(first <= s < last for first, last in windows)]
+    assert every == 1000 and np.diff(checks).max() == schedule.SKIPPED * every
 
 
 def test_the_box_holds_who_passes_an_outlet() -> None:

@@ -131,6 +131,7 @@ def test_a_longer_run_begins_like_a_shorter_one() -> None:
         ({"from_s": 1.0}, {}, "config.inconsistent", "until.from_s below duration_s"),
         ({"from_s": 0.72}, {}, "config.inconsistent", "until.from_s below duration_s"),
         ({}, {"results": {"interval_s": 0.01, "windows": 0}}, "scene.until_short", ""),
+        ({}, {"results": {"interval_s": 0.02, "windows": 12, "window_steps": 2000}}, "scene.outlet_windows", ""),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_one_sentence(asked: dict[str, Any], changes: dict[str, Any], code: str, says: str) -> None:

@@ -51,7 +51,7 @@ from pywet.planning.time_steps import hertz_lines, refuse_nonlinear_drag
 from pywet.products import until
 from pywet.products.feed import LEFT_OUT, entry_names, shares_left_out
 from pywet.products.feed import sentence as feed_sentence
-from pywet.products.outlets import refuse_thin, with_reach
+from pywet.products.outlets import refuse_skipped, refuse_thin, with_reach
 from pywet.runs.rundir import placed
 from pywet.util.file_list import remove
 from pywet.util.files import write_json
@@ -359,7 +359,10 @@ class Building:
         except ValidationError as error:
             raise mistake(error, typed.EngineScene, f"scene {self.user_scene.name}") from error
         repeating.refuse_short(user_scene, 2.0 * max(c.radius_m for c in self.classes) + listed(scene) + skin(scene))
-        return until.in_blocks(scene, user_scene.until, blocks) if user_scene.until else scene
+        if user_scene.until:
+            return until.in_blocks(scene, user_scene.until, blocks)
+        refuse_skipped(scene)
+        return scene
 
 
 def write(

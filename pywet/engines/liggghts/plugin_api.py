@@ -18,7 +18,7 @@ import pandas as pd
 from pywet.engines.liggghts.border import check_tables
 from pywet.engines.liggghts.build import engine_version, plugin_path
 from pywet.engines.liggghts.contact_model import continues, touched
-from pywet.engines.schedule import SKIPPED, checkpoint_every, drop_every
+from pywet.engines.schedule import SKIPPED, checkpoint_every
 from pywet.errors import EngineError, PywetError
 from pywet.geometry.analytic_wires import analytic_wire_of
 from pywet.geometry.initial import wall_groups
@@ -132,7 +132,7 @@ class Plugin:
             self._library.pywet_add_outlet(_pointer(low), _pointer(high), above, longest)
         if moist and liquid and (scene.effects.liquid_weight or scene.effects.shedding):
             masses = _doubles([c.mass_kg for c in scene.classes])
-            density, every = C.c_double(liquid.density_kg_per_m3), C.c_int64(drop_every(scene))
+            density, every = C.c_double(liquid.density_kg_per_m3), C.c_int64(scene.drop_every)
             self._library.pywet_set_liquid_mass(density, scene.effects.liquid_weight, _pointer(masses), every)
 
     def set_coming(self, coming: np.ndarray) -> None:

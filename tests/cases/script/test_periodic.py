@@ -27,12 +27,12 @@ MIDDLES = ((0.0, 0.0, 0.0), (0.02, 0.01, 0.0), (0.02, 0.02, -0.02))
 """Where two spheres meet: in the middle of the box, at a face and at a corner of it."""
 
 
-def pairs() -> str:
-    """Two spheres at each of these places that meet aslant while they drift, touch, and part; both turn then."""
+def pairs(shift: float = 0.0) -> str:
+    """Two spheres at each of these places, shifted along x, that meet aslant while they drift, touch, part and turn."""
     rows = []
     for k, middle in enumerate(MIDDLES):
         for side in (-1.0, 1.0):
-            x = np.array(middle) + side * np.array((0.0021, 0.0005, 0.0))
+            x = np.array(middle) + side * np.array((0.0021, 0.0005, 0.0)) + (shift, 0.0, 0.0)
             speed = 0.3 - side * 0.2, 0.05, -0.1 * side
             rows += sphere(2 * k + (1 if side < 0 else 2), x, speed)
     return "\n".join([TWO, *rows, "fix integr all nve/sphere\n"])
@@ -48,12 +48,14 @@ def sphere(number: int, x: Floats | Sequence[float], v: Sequence[float]) -> list
     ]
 
 
-def wet_run(folder: Path, before: str, after: str, line: str = LINE, wet: str = WET, mesh: str = "") -> Path:
+def wet_run(
+    folder: Path, before: str, after: str, line: str = LINE, wet: str = WET, mesh: str = "", program: Sequence[str] = ()
+) -> Path:
     """Run a script with liquid, whose folder of tables is given back."""
     folder.mkdir()
     write(folder, before=before, line=line, after=after, wet=wet)
     (folder / "plate.stl").write_text(mesh or PLATE)
-    done = run(folder)
+    done = run(folder, *program)
     assert done.returncode == 0, done.stderr + done.stdout[-2000:]
     return folder / "wet"
 
@@ -133,11 +135,21 @@ def test_two_spheres_across_a_boundary_are_those_in_the_middle(tmp_path: Path) -
 
 
 @pytest.mark.slow
-def test_bridges_of_deleted_spheres_end_with_the_separation_across(tmp_path: Path) -> None:
-    after = f"run 200\n{GONE}run 100\n"
-    log = wet_run(tmp_path / "a", pairs(), after)
-    ended = table(log, "events").query("kind == 2")
-    assert len(ended) == 3 and np.ptp(ended["separation"]) < 1e-12 * R and np.abs(ended["separation"]).max() < R
+@pytest.mark.parametrize(
+    ("gone", "shift"), [(GONE, 0.0), (GONE.replace("2 4 6", "1 3 5"), 0.0), (f"run 0\n{GONE}", 0.0016)]
+)
+@pytest.mark.parametrize("program", [(), TWO_RANKS])
+def test_bridges_of_deleted_spheres_end_with_the_separation_across(
+    tmp_path: Path, gone: str, shift: float, program: tuple[str, ...]
+) -> None:
+    """Whichever end is deleted, also where a border of ranks is between them, and after a set-up in which spheres cross it."""
+    before = divided(pairs(shift), "2 1 1") if program else pairs(shift)
+    log = wet_run(tmp_path / "a", before, f"run 200\n{gone}run 100\n", program=program)
+    ended, active = (table(log, name).sort_values("i") for name in ("events", "bridges"))
+    ended, active = ended.query("kind == 2"), active.query("step == 200")
+    assert len(ended) == 3
+    assert np.abs(ended["separation"].to_numpy() - active["separation"].to_numpy()).max() < 1e-12 * R
+    assert np.ptp(ended["speed"]) < 1e-9 * ended["speed"].min()
     ledger = table(log, "ledger")
     held = ledger["films"] + ledger["bridges"] + ledger["retired"]
     assert ledger["retired"].iloc[-1] > 0 and np.abs(held / ledger["initial"] - 1).max() < 1e-12
@@ -183,13 +195,12 @@ def test_a_sheared_bed_is_replayed_and_the_same_half_a_box_further_and_on_two_ra
 
 def ranks(folder: Path, processors: str) -> Path:
     """Run the bed on two ranks."""
-    folder.mkdir()
-    before = bed().replace("create_box", f"processors {processors}\ncreate_box")
-    write(folder, before=before, line=OF_BED, after="run 2000\n", wet=WALLS)
-    (folder / "plate.stl").write_text(PLATE)
-    done = run(folder, *TWO_RANKS)
-    assert done.returncode == 0, done.stderr
-    return folder / "wet"
+    return wet_run(folder, divided(bed(), processors), "run 2000\n", OF_BED, WALLS, program=TWO_RANKS)
+
+
+def divided(before: str, processors: str) -> str:
+    """Return a script for two ranks."""
+    return before.replace("create_box", f"processors {processors}\ncreate_box")
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from itertools import pairwise
 from pathlib import Path
@@ -12,12 +13,12 @@ import pytest
 
 from pywet.cases.small import small
 from pywet.cases.small.bodies import water
-from pywet.engines import schedule
 from pywet.engines.liggghts import driver
 from pywet.geometry.initial import film_volume
 from pywet.geometry.surface import Surface
 from pywet.scene import Effects, EngineScene, Output
 from pywet.schema import LARGE_WALL, NOTHING, SPHERE
+from reference_impl.replay import plans
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
@@ -89,15 +90,15 @@ def test_a_wall_film_thickened_by_a_drop_is_seen_at_once(tmp_path: Path) -> None
     assert events["step"].to_list() == [drops["step"].iloc[0] + 1] and events["partner_kind"].iloc[0] == LARGE_WALL
 
 
-def test_drops_and_bridges_at_separate_steps(tmp_path: Path) -> None:
-    """Drops are looked for every 45 steps, bridges act at even ones: the replay applies both as they are logged, to round-off."""
-    made = beds.prepare(tmp_path, beds.bed((5, 5, 4)), 900, effects=DRIPPING, liquid=SOAPY)
+def test_drops_where_outputs_are_a_prime_number_of_steps(tmp_path: Path) -> None:
+    """Of 97 steps two checks of 48, at which bridges act: the replay applies both as they are logged, to round-off."""
+    made = beds.prepare(tmp_path, beds.bed((5, 5, 4)), 970, effects=DRIPPING, liquid=SOAPY)
     scene = EngineScene(**{**made.model_dump(), "bridges_every": 2})
     (tmp_path / "scene.json").write_text(scene.model_dump_json())
     driver.run(tmp_path, progress=False)
     drops, events = (beds.table(tmp_path, f"history/{name}") for name in ("drops", "events"))
-    assert schedule.drop_every(scene) == 45 and (drops["step"] % 45 == 0).all()
-    assert (drops["step"] % 2 == 1).sum() > 5 and (drops["step"] % 2 == 0).sum() > 5
+    assert (scene.drop_every, scene.output_every) == (48, 96) and (drops["step"] % 48 == 0).all()
+    assert (drops["step"] % 96 == 48).sum() > 5 and (drops["step"] % 96 == 0).sum() > 5
     assert len(events) > 50 and (events["step"] % 2 == 0).all()
     output_text = replay(tmp_path)
     assert output_text["ok"], output_text["diagnosis"]
@@ -164,9 +165,33 @@ def test_gravity_aslant(tmp_path: Path) -> None:
     [(0.02, 1e-5, 20), (0.05, 1e-5, 50), (0.1, 2e-5, 100), (5e-4, 1e-5, 1), (9e-4, 2e-5, 1)],
 )
 def test_films_are_looked_at_every_millisecond(output_s: float, step_s: float, looks: int) -> None:
-    """As nearly as whole parts of an output interval allow."""
-    made = EngineScene.model_construct(output=Output(interval_s=output_s), time_step_s=step_s, bridges_every=1)
-    assert schedule.drop_every(made) * step_s == pytest.approx(output_s / looks, rel=1e-12)
+    """An output interval has whole numbers of both."""
+    made = timed(output_s, step_s)
+    assert made.drop_every * step_s == pytest.approx(output_s / looks, rel=1e-12)
+    assert made.output_every * step_s == pytest.approx(output_s, rel=1e-12)
+
+
+def timed(output_s: float, step_s: float, every: int = 1, effects: Effects = DRIPPING) -> EngineScene:
+    """Return the part of a scene from which the steps of outputs and drops follow."""
+    output = Output(interval_s=output_s)
+    return EngineScene.model_construct(output=output, time_step_s=step_s, bridges_every=every, effects=effects)
+
+
+@pytest.mark.parametrize("every", [1, 2, 3, 7, 16])
+@pytest.mark.parametrize(
+    ("output_s", "steps"), [(0.02, 1307), (0.02, 1667), (0.05, 7541), (0.1, 3497), (0.1, 30211), (0.1, 22124)]
+)
+def test_films_are_looked_at_every_millisecond_whatever_the_step(output_s: float, steps: int, every: int) -> None:
+    """Outputs of prime numbers of steps, or nearly: checks within the steps of a bridge of 1 ms, outputs within one check."""
+    step_s = output_s / steps
+    made, dry = timed(output_s, step_s, every), timed(output_s, step_s, every, small.PAPER)
+    assert 0.0 <= 1e-3 - made.drop_every * step_s < every * step_s
+    assert made.output_every % made.drop_every == made.drop_every % every == 0
+    assert 0 <= steps - made.output_every < made.drop_every
+    assert dry.output_every == steps - steps % every
+    for scene in (made, dry):
+        given = json.loads(scene.model_dump_json())
+        assert plans.outputs_every(given) == scene.output_every and plans.drops_every(given) == scene.drop_every
 
 
 def test_ranks_agree_on_drops(tmp_path: Path) -> None:

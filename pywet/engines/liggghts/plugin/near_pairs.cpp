@@ -132,27 +132,39 @@ void NearPairs::find_walls() {
   }
 }
 
-// A displacement of a tenth of the radius in one step
-// is too fast for a contact to be resolved.
+// The sphere that moves furthest in a step relative to its radius; more than a tenth is too fast for a contact to be resolved.
+void NearPairs::refuse_fast(int known) const {
+  const View &at = world_.engine.at;
+  double furthest = 0.1;
+  int which = -1;
+  for (int a = 0; a < known; a++) {
+    const double way = at.dt * norm(Vec(at.v[a])) / world_.spheres.radius(at.tag[a]);
+    if (way <= furthest) continue;
+    furthest = way;
+    which = a;
+    if (std::isnan(way)) break;
+  }
+  if (which >= 0)
+    throw std::runtime_error("sphere " + std::to_string(at.tag[which]) + " moves at " + number(norm(Vec(at.v[which]))) +
+                             " m/s at step " + std::to_string(world_.clock.now) +
+                             ", more than a tenth of its radius in one step; likely an unstable run: lower the time step");
+}
+
 void NearPairs::move_on(double moved) {
   const View &at = world_.engine.at;
   double fastest = 0;
-  int which = -1;
   const int known = world_.ranks.alone() ? at.nlocal : at.nall;
   for (int a = 0; a < known; a++) {
     const double *v = at.v[a];
     const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     if (!(square <= fastest)) {
       fastest = square;
-      which = a;
       if (std::isnan(square)) break;
     }
   }
+  const std::vector<double> &radii = world_.spheres.type_radius;
   const double way = at.dt * std::sqrt(fastest);
-  if (which >= 0 && !(way <= 0.1 * world_.spheres.radius(at.tag[which])))
-    throw std::runtime_error("sphere " + std::to_string(at.tag[which]) + " moves at " + number(std::sqrt(fastest)) +
-                             " m/s at step " + std::to_string(world_.clock.now) +
-                             ", more than a tenth of its radius in one step; likely an unstable run: lower the time step");
+  if (known > 0 && !(way <= 0.1 * *std::min_element(radii.begin(), radii.end()))) refuse_fast(known);
   travel_ += moved < INF ? moved : way;
   double furthest = 0;
   for (size_t m = 0; m < shift_before_.size(); m++) {

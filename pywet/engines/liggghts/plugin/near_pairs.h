@@ -52,6 +52,7 @@ class NearPairs {
   int class_of(const Pair &pair) const;
   void order();
   void find_walls();
+  void refuse_fast(int known) const;
   void add(int a, int b);
   double &rest_of(int kind, int pair) { return (kind == SPHERE ? rest_ : wall_rest_)[pair]; }
   double rest(const WallPair &pair, double distance) const;

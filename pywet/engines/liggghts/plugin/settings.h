@@ -15,12 +15,14 @@ struct Outlet {
   double least, longest;
   bool holds(const Vec &x, const Vec &v, const Vec &gravity) const {
     return low.x <= x.x && x.x < high.x && low.y <= x.y && x.y < high.y && low.z <= x.z && x.z < high.z &&
-           (std::isinf(least) || highest(x, v, gravity.z) >= least);
+           (std::isinf(least) || highest(x, v, gravity) >= least);
   }
-  double highest(const Vec &x, const Vec &v, double g) const {
-    const double back = v.x * longest > x.x - low.x ? (x.x - low.x) / v.x : longest;
-    const auto height = [&](double before) { return x.z - before * v.z + 0.5 * before * before * g; };
-    const double apex = g < 0 ? std::clamp(v.z / g, 0.0, back) : 0.0;
+  double highest(const Vec &x, const Vec &v, const Vec &g) const {
+    const double beyond = x.x - low.x;
+    const double mean = 0.5 * (v.x + std::sqrt(v.x * v.x - 2 * g.x * beyond));  // speed along x since the crossing; NaN: none
+    const double back = mean * longest > beyond ? beyond / mean : longest;
+    const auto height = [&](double before) { return x.z - before * v.z + 0.5 * before * before * g.z; };
+    const double apex = g.z < 0 ? std::clamp(v.z / g.z, 0.0, back) : 0.0;
     return std::max({x.z, height(apex), height(back)});
   }
 };

@@ -49,10 +49,9 @@ void Turnover::look() {
     }
   int64_t here[2] = {at.nlocal, int64_t(come.size())}, all[2] = {here[0], here[1]};
   if (!world_.ranks.alone()) MPI_Allreduce(here, all, 2, MPI_INT64_T, MPI_SUM, world_.ranks.all);
-  const bool changed = all[1] > 0 || all[0] - all[1] != present();
   if (all[0] - all[1] != present()) find_gone();
   if (all[1] > 0) take_in(world_.ranks.gathered(come));
-  if (changed) keep();  // further set-ups may follow before the next step
+  keep();  // of the spheres that are on this rank now; further set-ups may follow before the next step
 }
 
 void Turnover::find_gone() {
@@ -76,14 +75,20 @@ void Turnover::find_gone() {
   world_.spheres.count -= int64_t(gone.size());
 }
 
-// The rank that counted a bridge in the last step reports it completely, with its ends as they were then.
-void Turnover::end_bridges(const std::vector<RetiredSphere> &gone) {
+// The rank that counted a bridge in the last step reports it completely, with its ends as they were then; the second may have been on
+// another rank, which has the bridge too.
+void Turnover::end_bridges(std::vector<RetiredSphere> gone) {
+  const auto lost = [&](const Bridge &b) { return among(gone, b.i) || (b.kind == SPHERE && among(gone, b.j)); };
+  std::vector<RetiredSphere> ends;
+  for (const Bridge &b : standing_.bridges)
+    for (const int id : {b.i, b.kind == SPHERE ? b.j : b.i})
+      if (const RetiredSphere *s = lost(b) ? among(kept_, id) : nullptr) ends.push_back(*s);
+  ends = world_.ranks.gathered(ends);
+  std::sort(ends.begin(), ends.end(), BY_ID);
   std::vector<Event> ended;
-  std::vector<RetiredSphere> lost = gone;
   for (const Bridge &b : standing_.bridges) {
-    if (!b.mine || !(among(lost, b.i) || (b.kind == SPHERE && among(lost, b.j)))) continue;
-    const RetiredSphere *i = among(kept_, b.i), *j = b.kind == SPHERE ? among(kept_, b.j) : nullptr;
-    if (b.kind == SPHERE && !j) j = among(lost, b.j);
+    if (!b.mine || !lost(b)) continue;
+    const RetiredSphere *i = among(ends, b.i), *j = b.kind == SPHERE ? among(ends, b.j) : nullptr;
     Event e = {};
     e.time = world_.clock.time; e.kind = RETIREMENT; e.partner_kind = b.kind;
     e.i = b.i; e.j = b.j; e.triangle = -1;
@@ -96,7 +101,7 @@ void Turnover::end_bridges(const std::vector<RetiredSphere> &gone) {
       e.triangle = closest.triangle;
       e.separation = closest.distance - b.radius_i;
       e.speed = norm(Vec(i->v) - world_.walls.mesh_of(b.j).velocity_at(closest.on_wall()));
-    } else if (j) {  // otherwise the other end was a ghost that still exists
+    } else {
       e.separation = norm(world_.engine.at.images.nearest(Vec(i->x) - Vec(j->x))) - b.radius_i - b.radius_j;
       e.speed = norm(Vec(i->v) - Vec(j->v));
     }

@@ -35,14 +35,14 @@ class Turnover {
   Films &films_;
   BridgeList &standing_;
   Logs &logs_;
-  std::vector<RetiredSphere> kept_;      // spheres of this rank at the end of the last step, or at the last set-up since
+  std::vector<RetiredSphere> kept_;      // spheres of this rank at the end of the last step, or at the last rebuild since
   std::vector<RetiredSphere> gone_;      // deleted spheres in the order of their deletion, since the last call of apply_events(); the same on all ranks
   std::vector<Event> ended_;             // events that end their bridges
 
   bool known(int a) const { return world_.engine.at.liquid[a][ENTERS] > 0; }
   int64_t present() const { return world_.spheres.count; }
   void find_gone();
-  void end_bridges(const std::vector<RetiredSphere> &gone);
+  void end_bridges(std::vector<RetiredSphere> gone);
   void take_in(std::vector<Newcomer> all);
   RetiredSphere *went(int id);
   void keep();
