@@ -44,7 +44,9 @@ overs_d05, overs_d07, overs_d08, overs_d09, overs_d12 = (_counted("overs", name)
 def _inserted_kg(run: Run) -> pd.Series:
     """Return the mass of the spheres inserted of each class, in the order of the classes."""
     line = run._run.timeline
-    return pd.Series([c.mass_kg * (line.types[line.entered_by_end] == c.type).sum() for c in run.scene.classes], CLASSES)
+    return pd.Series(
+        [c.mass_kg * (line.types[line.entered_by_end] == c.type).sum() for c in run.scene.classes], CLASSES
+    )
 
 
 def recovery(run: Run) -> float:
