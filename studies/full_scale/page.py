@@ -27,9 +27,9 @@ from studies.full_scale.stored_runs import ALL, DEFAULT, SEEDS, StoredRun
 Answers = Sequence[tuple[Statement, Answer]]
 FOLDER = Path("docs/full_scale")
 STIFF, STIFF_RETIRED = "paper", f"{DEFAULT}_stiff"
-"""Names of runs with the paper's stiffness: moist ones with all spheres, and others, whose passed spheres are retired.
+"""Names of runs with the paper's stiffness: with all spheres, and with passed spheres retired.
 
-Dry runs with all spheres precede a correction that changed them, and are compared with nothing.
+Of them only moist ones are compared: the dry ones precede a correction that changed dry runs.
 """
 THIRD = f"{STIFF_RETIRED}_third"
 """Such a rig with bridges in every third step."""
@@ -91,7 +91,7 @@ def honest(runs: Runs) -> str:
     return f"""{lines}
 - The paper does not give all dimensions of the apparatus ([sieve diameter](rig.md)).
   A statement that is not confirmed shows first that this simulation differs from the paper's.
-- Most dry runs with [another sieve or reading](rig.md) precede a correction: they keep
+- Most dry runs with [another sieve or reading](rig.md) and those with the paper's stiffness precede a correction: they keep
   [tangential displacements](engine.md#conventions) of separated spheres.
 """
 
@@ -109,8 +109,8 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
     failed, open_ = ([s.number for s, answer in answers if answer.verdict == of] for of in (FAILS, OPEN))
     known = {n: reasons.reason(n, runs) for n in sorted([*failed, *open_]) if n in reasons.REASONS or n in failed}
     results = [_result(config, number, runs) for number in sorted(runs)]
-    stiff = {n: of for n, of in variants.get(STIFF, {}).items() if of[0].about["events"]}
-    stiff |= {**rigs.get(STIFF_RETIRED, {}), **third}
+    stiff = {**variants.get(STIFF, {}), **rigs.get(STIFF_RETIRED, {}), **third}
+    stiff = {n: of for n, of in stiff.items() if of[0].about["events"]}
     seeds = spread.rows(runs, stiff, sorted(stiff))
     every = {
         "": campaign,
