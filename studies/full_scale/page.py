@@ -109,15 +109,17 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
     failed, open_ = ([s.number for s, answer in answers if answer.verdict == of] for of in (FAILS, OPEN))
     known = {n: reasons.reason(n, runs) for n in sorted([*failed, *open_]) if n in reasons.REASONS or n in failed}
     results = [_result(config, number, runs) for number in sorted(runs)]
-    stiff = {**variants.get(STIFF, {}), **rigs.get(STIFF_RETIRED, {}), **third}
-    stiff = {n: of for n, of in stiff.items() if of[0].about["events"]}
-    seeds = spread.rows(runs, stiff, sorted(stiff))
+    stiff, retired = (
+        {n: of for n, of in found.items() if of[0].about["events"]}
+        for found in (variants.get(STIFF, {}), {**rigs.get(STIFF_RETIRED, {}), **third})
+    )
+    seeds = spread.rows(campaign, stiff, sorted(stiff), alike=runs) + spread.rows(runs, retired, sorted(retired))
     every = {
         "": campaign,
         **variants,
         **{name: rigs[name] for name in (DEFAULT, ALL, STIFF_RETIRED, THIRD) if name in rigs},
     }
-    stiffer = _redecided_rows(runs, stiff)
+    stiffer = _redecided_rows(runs, {**stiff, **retired})
     shed = [row for effect in SWITCHED for row in _switched(campaign, variants, effect)]
     for name, columns, rows in (
         ("runs", run_table.RUN_COLUMNS, run_table.run_rows(config, every)),

@@ -39,20 +39,27 @@ COLUMNS = ("case", "quantity", "seeds", "mean", "standard_deviation", "differenc
 """Columns of a `Row`; the last cell is `yes` or `no` with half the 95 % interval of the difference."""
 
 
-def rows(runs: Runs, other: Runs, cases: Sequence[int], asked: Quantities | None = None) -> list[Row]:
-    """Return each quantity's mean and standard deviation for each case with seeds, and the deviation of another run."""
+def rows(
+    runs: Runs, other: Runs, cases: Sequence[int], asked: Quantities | None = None, alike: Runs | None = None
+) -> list[Row]:
+    """Return each quantity's mean and standard deviation for each case with seeds, and the deviation of another run.
+
+    `alike`: seeds of the cases in another version of the program; they add to the scatter about their own mean only.
+    """
     found: list[Row] = []
     for case in cases:
         seeds = runs.get(case, ())
         if len(seeds) < 2:
             continue
         for name, of in (asked or DRY | (MOIST if seeds[0].about["events"] else {})).items():
-            values = np.array([of(k) for k in seeds])
-            mean, deviation = float(values.mean()), float(values.std(ddof=1))
+            groups = [np.array([of(k) for k in group]) for group in (seeds, (alike or {}).get(case, ())) if group]
+            values, freedom = groups[0], sum(len(group) - 1 for group in groups)
+            mean = float(values.mean())
+            deviation = float(np.sqrt(sum(((v - v.mean()) ** 2).sum() for v in groups) / freedom))
             moved, reported = "–", "–"
             if other.get(case):
                 difference = of(other[case][0]) - mean
-                uncertainty = half_width(deviation, 1, len(values) - 1, 0.95) * np.sqrt(1.0 + 1.0 / len(values))
+                uncertainty = half_width(deviation, 1, freedom, 0.95) * np.sqrt(1.0 + 1.0 / len(values))
                 moved = f"{difference:+.4f}"
                 reported = f"{'yes' if abs(difference) > uncertainty else 'no'}, ± {uncertainty:.4f}"
             found.append((str(case), name, str(len(values)), f"{mean:.4f}", f"{deviation:.4f}", moved, reported))
