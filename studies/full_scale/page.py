@@ -72,6 +72,8 @@ it has no "vibrating dewatering". Two [optional effects](effects.md#effects-in-n
 """
 SWITCHED = ("shedding", "liquid_weight")
 """Variants that are the campaign's settings with this effect on."""
+COARSE_LOOKS = "\nIn case 11 films were checked for drops every 7.7 ms only (today: every millisecond)."
+"""3497 steps between outputs, divided by 13, of 2.86e-5 s each."""
 
 
 def _seeds(runs: Runs) -> list[str]:
@@ -268,6 +270,8 @@ def _full_beyond(runs: Runs, variants: Mapping[str, Runs]) -> str:
                 "|" + "---|" * (1 + 2 * len(cases)),
                 *(f"| {of} | {' | '.join(_change(row) for row in shown if row[2] == of)} |" for of in DIVISIONS),
             ]
+    if "shedding" in variants:
+        lines.append(COARSE_LOOKS)
     left = [f"`{effect}`" for effect in SWITCHED if effect not in variants]
     return "\n".join([*lines, *([f"\nThere is no run at full scale with {' or '.join(left)}."] if left else [])])
 
