@@ -2,7 +2,7 @@
 CORES ?= $(shell nproc)
 ENGINE ?= liggghts
 PYTHON := .venv/bin/python
-CHOSEN = $(if $(SCALE),scale=$(SCALE)) engine=$(ENGINE)
+CHOSEN = engine=$(ENGINE)$(if $(SCALE), scale=$(SCALE))
 CONFIGURED = $(shell $(PYTHON) -c "from pywet import config; print(config.load('config').settings.scale)" 2>/dev/null)
 REPORT = results/$(or $(SCALE),$(CONFIGURED))$(if $(filter-out liggghts,$(ENGINE)),_$(ENGINE))/report.html
 

@@ -90,8 +90,8 @@ def test_the_scale_is_that_of_the_configuration_unless_one_is_given(checkout: Pa
         assert text.count(old) == 1
         (checkout / "config" / name).write_text(text.replace(old, new))
     words = ("-n", "-o", "essentials", target)
-    assert "--config engine=liggghts" in (configured := make(checkout, *words))
-    assert "--config scale=reduced engine=liggghts" in (given := make(checkout, *words, "SCALE=reduced"))
+    assert " scale=" not in (configured := make(checkout, *words))
+    assert "--config engine=liggghts scale=reduced" in (given := make(checkout, *words, "SCALE=reduced"))
     if target == "run":
         assert "results/smoke-Wide_2/report.html" in configured and "results/reduced/report.html" in given
 

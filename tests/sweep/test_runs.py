@@ -191,11 +191,12 @@ def test_the_name_of_a_point_depends_on_the_code_that_computes_it(
              "scene": {"scene": str(EXAMPLES / "sweeps" / "small_drum_scene.yaml")}}  # fmt: skip
     whole, gathered = sources.digest_of_evaluation(), {"case": run_numbers, "scene": run_numbers, "script": script_base}
     for name, base in based.items():
-        found = []
-        for digest, file in ((whole, gathered[name].__file__), ("other", gathered[name].__file__), (whole, __file__)):
-            monkeypatch.setattr(sources, "digest_of_evaluation", lambda digest=digest: digest)
-            monkeypatch.setattr(gathered[name], "__file__", file)
-            found.append(bases.kind(Base(**base), tmp_path).built({}, 0).name)
+        found, module = [], gathered[name]
+        for digest, file in ((whole, module.__file__), ("other", module.__file__), (whole, __file__)):
+            with monkeypatch.context() as patch:
+                patch.setattr(sources, "digest_of_evaluation", lambda digest=digest: digest)
+                patch.setattr(module, "__file__", file)
+                found.append(bases.kind(Base(**base), tmp_path).built({}, 0).name)
         assert len({*found}) == len(found), name
 
 
