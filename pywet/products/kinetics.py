@@ -133,7 +133,7 @@ def _of_tables(folder: Path) -> pd.DataFrame:
     check_numbers(times, [OPEN], paths[0], CURE)
     above = read_csv(paths[1], CURE).filter(regex=f"^{ABOVE}").rename(columns=lambda name: name.removeprefix(ABOVE))
     table = pd.concat([times[[OPEN]], above], axis=1)
-    check_numbers(table, list(table), paths[1], CURE)
+    check_numbers(table, [str(name) for name in table], paths[1], CURE)
     return above.div(above.max()).dropna(axis=1).assign(time_s=times[OPEN])
 
 
