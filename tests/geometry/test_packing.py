@@ -67,8 +67,8 @@ def test_no_spheres_at_all() -> None:
 
 @pytest.mark.parametrize("high_m", [0.00301, 0.0031, 0.00315, 0.0033])
 def test_a_region_hardly_higher_than_a_sphere_is_filled(high_m: float) -> None:
-    """5 spheres of 3 mm take 1 % of the area; one as high as they are refuses them, and names a height at which they fit."""
-    classes, region = sphere_classes(0.0015, counts=5), FeedRegion("square", 0.06, 0.0, high_m)
+    """Five spheres of 3 mm and 20 of 2 mm; a lower one than they are is refused with a height at which they fit."""
+    classes, region = sphere_classes(0.001, 0.0015, counts=(20, 5)), FeedRegion("square", 0.03, 0.0, high_m)
     check(fill(classes, region, 1), classes, region)
     with raises_code("packing.crowded", says="into 2.99 mm of .* at least about 3.15 mm"):
         fill(classes, replace(region, z_high_m=0.00299), 1)

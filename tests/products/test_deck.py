@@ -333,7 +333,7 @@ def test_open_area_is_that_of_the_closed_form(mesh: str) -> None:
         return
     small = Deck(**{**DECK, "length_mm": 42.5, "width_mm": 4 * spacing, "mesh": mesh})
     grains = {"name": "grain", "material": "glass", "diameter_mm": 2, "at_mm": [(20.0, 0.0, 10.0)]}
-    made = building.Building(pywet.Scene(**beads(deck=small.model_dump(), spheres=[grains])))
+    made = building.Building(pywet.Scene(**beads(deck=small.model_dump(exclude_unset=True), spheres=[grains])))
     plate = made.surfaces[0]
     top = plate.area[plate.normals[:, 2] > 0.5].sum()
     share = 1.0 - top / (42.5e-3 * 4e-3 * spacing)
@@ -346,7 +346,7 @@ def test_wires_of_a_woven_deck_touch_and_do_not_cut() -> None:
     """At a crossing one is above, the other below, and neighbours change places."""
     deck = Deck(**{**DECK, "mesh": "woven", "width_mm": 33})
     grains = {"name": "grain", "material": "glass", "diameter_mm": 2, "at_mm": [(20.0, 0.0, 10.0)]}
-    made = building.Building(pywet.Scene(**beads(deck=deck.model_dump(), spheres=[grains])))
+    made = building.Building(pywet.Scene(**beads(deck=deck.model_dump(exclude_unset=True), spheres=[grains])))
     along, across = made.surfaces[:2]
     crossings = 0
     for k in range(int(along.part.max()) + 1):
