@@ -152,12 +152,14 @@ def class_groups(
             "the scene has no spheres, expected at least one; fix the case's amounts", code="case.no_spheres"
         )
     there = {c.type for c in present} | ({0} if s.wall_share else set())
-    return [
-        groups(c, pair, liquid, speed, s.gravity_m_per_s2)
+    met = [p for p in pairs if {p.a, p.b} <= there]
+    different = {  # a feed has thousands of contacts, most of them alike
+        (c.type, p.friction, p.rolling_friction_m, p.normal_stiffness_N_per_m): (c, p)
         for c in present
-        for pair in pairs
-        if c.type in (pair.a, pair.b) and {pair.a, pair.b} <= there
-    ]
+        for p in met
+        if c.type in (p.a, p.b)
+    }
+    return [groups(c, p, liquid, speed, s.gravity_m_per_s2) for c, p in different.values()]
 
 
 def _dripping(g: Groups, s: Surroundings) -> float:
