@@ -289,8 +289,8 @@ def test_injected_faults_are_found(run: pywet.Run, tmp_path: Path, name: str) ->
             "scene.thin_outlet",
             "",
         ),
-        ({"results": {"windows": 2, "window_steps": 3000}}, "scene.outlet_windows", "at 0.06 and 0.08 s"),
-        ({"results": {"windows": 1000, "window_steps": 20}}, "scene.outlet_windows", "at 0.02 and 0.04 s"),
+        ({"results": {"interval_s": 0.01, "windows": 2, "window_steps": 3000}}, "scene.outlet_windows", "at 0.06 and 0.08 s"),
+        ({"results": {"interval_s": 0.01, "windows": 1000, "window_steps": 20}}, "scene.outlet_windows", "at 0.02 and 0.04 s"),
     ],
 )  # fmt: skip
 def test_outlets_that_cannot_be_are_refused(changes: dict[str, Any], code: str, says: str) -> None:

@@ -192,7 +192,8 @@ def test_a_small_sphere_too_fast_for_the_time_step(tmp_path: Path) -> None:
     """In one step the large one moves by 0.08 of its radius, the small one, at half the speed, by 0.4."""
     bodies = [small.Sphere(1, (0.0, 0.0, 0.0), (10.0, 0.0, 0.0)), small.Sphere(2, (0.0, 0.02, 0.0), (5.0, 0.0, 0.0))]
     small.prepare(
-        tmp_path, spheres_of(R, 0.1 * R), bodies, contacts(2), liquid=WATER, effects=small.PAPER, time_step_s=2e-5, steps=100
+        tmp_path, spheres_of(R, 0.1 * R), bodies, contacts(2, stiffness=10.0), liquid=WATER, effects=small.PAPER,
+        time_step_s=2e-5, steps=100,
     )  # fmt: skip
     with raises_code("engine.stopped", spheres=(2,), says="moves at 5 m/s"):
         small.run(tmp_path, bodies)
