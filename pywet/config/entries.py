@@ -50,8 +50,9 @@ class Excusable(Limited):
 
 
 def only(of: BaseModel, how: str, met: bool, *keys: str) -> None:
-    """Refuse keys that are given although the condition is not met under which they have an effect."""
-    given = [key for key in keys if key in of.model_fields_set and getattr(of, key) is not None]
+    """Refuse keys with another value than their default if the condition is not met under which they have an effect."""
+    fields = type(of).model_fields
+    given = [key for key in keys if getattr(of, key) != fields[key].get_default(call_default_factory=True)]
     if given and not met:
         raise ValueError(f"{' and '.join(given)} only {how}")
 
