@@ -91,7 +91,7 @@ IDLE = {
         "walls": [{"name": "deck", "stl": "a.stl", "half_width_mm": 1, "feature_angle_deg": 20}]
     },
     "moisture_of only with moisture_percent": {"feed": [{**ORE, "moisture_of": "moist"}]},
-    "rate_of only with rate_t_per_h": {"feed": [{**ORE, "rate_of": "moist"}]},
+    "rate_of only with rate_t_per_h": {"feed": [{**ORE, "rate_of": "moist", "moisture_percent": 1}]},
     "classes only without file": {"feed": [{**ORE, "psd": {"file": "a.csv", "classes": 4}}]},
 }
 
