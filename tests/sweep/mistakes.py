@@ -66,7 +66,7 @@ def measured(folder: Path, text: str) -> None:
 
 
 def killed() -> None:
-    pool, asked_for = MagicMock(), SimpleNamespace(kind=SimpleNamespace(engine=True), store=None, ranks=1)
+    pool, asked_for = MagicMock(), SimpleNamespace(kind=SimpleNamespace(engine=True, ranks=1), store=None)
     pool.return_value.__exit__.return_value = False
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(running, "ProcessPoolExecutor", pool)
