@@ -347,7 +347,7 @@ def _seeds_of_case_2(folder: Path) -> None:
     first = folder / "case02"
     for run, y, formed in ((first, 0.5, 4), (_reseeded(first, folder / "case02-8", 8), 0.7, 6)):
         table = pd.read_parquet(run / "results" / "fraction_retained.parquet")
-        table.loc[table.index[-1], "fraction_retained"] = y
+        table.loc[table.index[-1], ["fraction_retained", "fraction_retained_spheres"]] = y
         table.to_parquet(run / "results" / "fraction_retained.parquet")
         summary = json.loads((run / "summary.json").read_text())
         summary["events"]["formations"] = formed
