@@ -144,7 +144,7 @@ def test_turning_wall_carries_its_velocity(tmp_path: Path) -> None:
 def test_a_drum_turns_by_half_a_turn_at_least(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """30 s at one turn a minute, 1.5 s at 20 and more."""
     asked: list[float] = []
-    monkeypatch.setattr(scenes, "_run", lambda *given, **_: asked.append(given[4]))
+    monkeypatch.setattr(scenes, "_run", lambda *given, **_: asked.append(given[5]))
     for turns in (1.0, 20.0, 60.0):
         with raises_code("run.no_scene"):
             scenes.drum(tmp_path, scenes.Choice(spheres=60, turns_per_minute=turns))
