@@ -116,8 +116,9 @@ def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "l
 
     seedless = fingerprint(config.with_seed(record.ANY_SEED), case, scale, engine)
     begin = partial(record.begin, run_dir, fingerprint(config, case, scale, engine), seedless)
-    cases.build(config, case, scale, run_dir, begin)
-    record.leave_reference(run_dir, config.settings.laws.reference)
+    with run_folder.hold(run_dir):
+        cases.build(config, case, scale, run_dir, begin)
+        record.leave_reference(run_dir, config.settings.laws.reference)
 
 
 def same_run(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> bool:

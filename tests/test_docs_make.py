@@ -26,13 +26,15 @@ touch $out/report.html
 """Plans the jobs, and makes an empty report."""
 PROGRAMS = {
     ".venv/bin/python": PYTHON,
+    ".venv/bin/pip": "# of {folder}/.venv/bin/python",
+    "bin/python3": PYTHON,
     ".venv/bin/snakemake": SNAKEMAKE,
     ".venv/bin/pywet": f'exec {sys.executable} -m pywet.cli.app "$@" --check',
     "bin/dpkg-query": f'case $2 in *db:Status*) exit 1 ;; esac\nexec {shutil.which("dpkg-query")} "$@"',
     "bin/apt-get": "exit 0",
     "bin/sudo": '[ "$1" != -n ] || shift\nexec "$@"',
 }
-"""Program -> what it does here: no package is installed, and each can be."""
+"""Program -> what it does in the folder: no package is installed, and each can be."""
 
 
 @pytest.fixture
@@ -45,7 +47,7 @@ def checkout(tmp_path: Path) -> Path:
     for name, text in PROGRAMS.items():
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(f"#!/bin/sh\n{text}\n")
+        path.write_text(f"#!/bin/sh\n{text.replace('{folder}', str(tmp_path))}\n")
         path.chmod(0o755)
     return tmp_path
 
@@ -68,13 +70,15 @@ def test_setup_on_a_fresh_machine(checkout: Path, target: str) -> None:
 def test_run(checkout: Path, words: tuple[str, ...]) -> None:
     check_shown(
         " ".join(["make", *words]),
-        make(checkout, "-o", "setup", "-o", "peers", *words, XDG_CACHE_HOME=str(checkout / "cache")),
+        make(checkout, "-o", "essentials", "-o", "peers", *words, XDG_CACHE_HOME=str(checkout / "cache")),
     )
 
 
 def test_the_report_is_of_the_engine_that_is_named(checkout: Path) -> None:
     """All files that are to be made are in the folder of this engine."""
-    printed = make(checkout, "-o", "peers", "report", "ENGINE=yade", XDG_CACHE_HOME=str(checkout / "cache"))
+    printed = make(
+        checkout, "-o", "essentials", "-o", "peers", "report", "ENGINE=yade", XDG_CACHE_HOME=str(checkout / "cache")
+    )
     assert "results/smoke_yade/" in printed and "results/smoke/" not in printed
 
 
@@ -99,6 +103,7 @@ def test_the_scale_is_that_of_the_configuration_unless_one_is_given(checkout: Pa
 def test_a_moved_or_copied_checkout_is_set_up_again(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
     """The programs of its .venv have the path of the first folder in them; a second call there has nothing to do."""
     python3, moved = checkout / "bin" / "python3", tmp_path_factory.mktemp("other") / "moved"
+    (checkout / ".venv/bin/pip").unlink()
     python3.write_text('#!/bin/sh\n[ "$2" != venv ] || echo "#!$(pwd -P)/.venv/bin/python" >>.venv/bin/pip\n')
     python3.chmod(0o755)
     installed = []

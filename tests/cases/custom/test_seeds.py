@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -122,7 +123,8 @@ def test_a_seed_of_another_file_is_not_counted(
     """The file of a wall changes after the seeds 1 and 2: descriptions are the same, fingerprints without the seed are not."""
     scene = pywet.Scene(**beads(walls=[{"name": "cup", "stl": "cup.stl", "stl_unit": "m"}]), folder=tmp_path)
 
-    def ended(made: pywet.Scene, where: Path, _: object) -> None:
+    def ended(made: pywet.Scene, where: Path, _: object, begin: Callable[[], object]) -> None:
+        begin()
         (where / "description.json").write_text(json.dumps({"name": made.name, "seed": made.seed}))
         (where / "scene.json").write_text(synthetic.scene().model_copy(update={"seed": made.seed}).model_dump_json())
         (where / "summary.json").write_text("{}")
