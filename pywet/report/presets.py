@@ -22,10 +22,6 @@ def shown(usual: CaseResult, comparison: CaseResult, preset: str, numbers: Numbe
     }
 
 
-ENOUGH = 4
-"""Number of seeds of each preset below which a difference is inconclusive: the spread of three is too uncertain."""
-
-
 def _numbers(usual: CaseResult, comparison: CaseResult, preset: str, numbers: Numbers) -> list[str]:
     """Store fraction retained, bridges and liquid at the end, and the cost of the run; return the rows that both runs have."""
     key = f"presets.{usual.case.name}"
@@ -34,7 +30,7 @@ def _numbers(usual: CaseResult, comparison: CaseResult, preset: str, numbers: Nu
     for name, values in found.items():
         numbers.label(f"{key}.{name}", name, name)
         numbers.put(f"{key}.{name}.fraction_retained.seeds", len(values["fraction_retained"]))
-    significance(numbers, f"{key}.difference", usual.ends, comparison.ends, ENOUGH)
+    significance(numbers, f"{key}.difference", usual.ends, comparison.ends)
     rows = [row for row in PRESETS if all(of.get(row) for of in found.values())]
     for row in rows:
         numbers.label(f"presets.{row}", PRESETS[row], row)

@@ -164,7 +164,6 @@ def context(scale: str, results: Sequence[CaseResult], numbers: Numbers, picture
         "wrong_plans": contributed.wrong(results),
         "effects": _effects(results),
         "paper_seconds": PAPER_SECONDS,
-        "enough": presets.ENOUGH,
         "assumptions": [k for k in numbers if k.startswith("assumption.") and f"{k}.reason" in numbers],
         "screens": [r for r in results if r.screens],
         "screen_columns": SCREEN,

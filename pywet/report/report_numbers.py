@@ -19,7 +19,7 @@ from pywet.config import Config
 from pywet.report import answer, contributed
 from pywet.report.collect import CaseResult, deep
 from pywet.report.plots import PLACES, WORDS, configuration_value, title
-from pywet.runs.spread import difference, half_width, with_interval
+from pywet.runs.spread import ROUND_OFF, difference, half_width, with_interval
 
 LEDGER = {
     "coarse_material": "coarse material", "fines": "fines", "wires": "wires", "side_wall": "side walls", "feed_bin": "feed bin",
@@ -167,11 +167,11 @@ def _rounded(value: float | None, digits: int = 3) -> tuple[float | None, str]:
 
 
 def _answer(numbers: Numbers, results: Sequence[CaseResult]) -> None:
-    """Store the share of passable material that has passed, for each case and for all dry and all moist ones."""
+    """Store the share of passable material that has passed, for each case, all dry and all moist ones, and whether it differs."""
     rows = answer.rows(results)
     shares: dict[str, list[list[float]]] = {"dry": [], "moist": []}
     for row in rows:
-        first, last = row[0].case.name, row[-1].case.name
+        first = row[0].case.name
         numbers.put(f"{first}.configuration", configuration_value(row[0]), title(row[0]))
         numbers.put(f"{first}.coarse_percent", *_rounded(100.0 * _coarse(row[0])))
         for r in row:
@@ -181,8 +181,6 @@ def _answer(numbers: Numbers, results: Sequence[CaseResult]) -> None:
             numbers.spread(f"{name}.passed_percent", passed, form=".0f")
             if len(passed) > 1:
                 numbers.put(f"{name}.seeds", len(passed))
-        if len(row) > 1:
-            significance(numbers, f"{last}.difference", row[0].ends, row[-1].ends, 2)
     for table in [row[0].retained for row in rows[:1]]:
         assert table is not None
         numbers.put("time_since_opening_s", *_rounded(float(table["time_since_opening_s"].iloc[-1]), 2))
@@ -190,10 +188,12 @@ def _answer(numbers: Numbers, results: Sequence[CaseResult]) -> None:
         key, least, most = f"passed.{kind}", min(of, key=np.mean, default=[]), max(of, key=np.mean, default=[])
         if of and numbers.spread(f"{key}.least_percent", least, form=".0f") != Numbers().spread(key, most, form=".0f"):
             numbers.spread(f"{key}.most_percent", most, form=".0f")
-    words = [numbers[key]["value"] for key in list(numbers) if key.endswith(".difference")]
-    if words and len(rows) > 1:
-        numbers.put("comparisons.count", len(words))
-        numbers.put("comparisons.significant", words.count("significant"))
+    compared = {f"{row[-1].case.name}.difference": row for row in rows if len(row) > 1}
+    for key, row in compared.items():
+        significance(numbers, key, row[0].dry_ends, row[-1].dry_ends, len(compared))
+    if compared and len(rows) > 1:
+        numbers.put("comparisons.count", len(compared))
+        numbers.put("comparisons.significant", sum(numbers[key]["value"] == "significant" for key in compared))
 
 
 def _screens(numbers: Numbers, results: Sequence[CaseResult]) -> None:
@@ -210,13 +210,15 @@ def _coarse(result: CaseResult) -> float:
     return float(result.summary["coarse_share"]) if result.summary else float("nan")
 
 
-def significance(numbers: Numbers, key: str, one: Sequence[float], two: Sequence[float], enough: int) -> None:
-    """Store whether two groups of seeds differ (Welch), with the interval; inconclusive for fewer than `enough` seeds."""
-    if min(len(one), len(two)) < enough:
+def significance(
+    numbers: Numbers, key: str, one: Sequence[float], two: Sequence[float], comparisons: int = 1
+) -> None:
+    """Store whether two groups of seeds differ (Welch), at 5 % for so many comparisons together; inconclusive of one seed."""
+    if min(len(one), len(two)) < 2:
         numbers.put(key, "inconclusive")
         return
-    low, high = difference(two, one)
-    numbers.put(key, "significant" if low > 0.0 or high < 0.0 else "not significant")
+    low, high = difference(two, one, comparisons)
+    numbers.put(key, "significant" if low > ROUND_OFF or high < -ROUND_OFF else "not significant")
     numbers.put(f"{key}.low", low, f"{low:+.3f}")
     numbers.put(f"{key}.high", high, f"{high:+.3f}")
 

@@ -31,8 +31,10 @@ LEDGER = ("coarse_material", "fines", "wires", "side_wall", "feed_bin", "outlet"
           "standing_bridges")  # fmt: skip
 RESERVOIRS = ("coarse_material_large", "coarse_material_near_mesh", "coarse_material_small", *LEDGER[1:8])
 FORCES = ("weight", "contact_normal", "contact_tangential")
-USUAL, ENOUGH = "paper", 4
-"""Preset with which others are compared, and smallest number of seeds of each for a significant difference."""
+USUAL = "paper"
+"""Preset with which others are compared."""
+LEVEL, SAME = 0.05, 1e-12
+"""Share of false alarms of all comparisons of moisture together, and difference of two fractions that is round-off."""
 WITH_WEIGHT = "gravity"
 """Effect whose contribution is that of weight."""
 
@@ -254,12 +256,14 @@ def _answer(cases: Cases, numbers: Numbers) -> Iterator[Value]:
         if len(shares) > 1:
             yield f"{name_of(n)}.seeds", len(shares), "whole"
     outcomes: list[Any] = []
+    many = sum(len(group) > 1 for group in groups)
     for group in groups:
         first, last = group[0], group[-1]
         yield f"{name_of(first)}.configuration", cases.configuration(first), "states"
         yield f"{name_of(first)}.coarse_percent", 100.0 * cases.summary(first)["coarse_share"], "3 digits"
         if first != last:
-            compared = list(_difference(f"{name_of(last)}.difference", cases.ends(first), cases.ends(last), 2))
+            ends = cases.dry_ends(first), cases.dry_ends(last)
+            compared = list(_difference(f"{name_of(last)}.difference", *ends, LEVEL / many))
             outcomes.append(compared[0][1])
             yield from compared
     several = "whole" if outcomes and len(groups) > 1 else "absent"
@@ -285,13 +289,15 @@ def _text(numbers: Numbers, key: str) -> str:
     return str(numbers.get(key, {"shown": ""})["shown"])
 
 
-def _difference(key: str, one: Sequence[float], two: Sequence[float], enough: int) -> Iterator[Value]:
+def _difference(key: str, one: Sequence[float], two: Sequence[float], level: float = LEVEL) -> Iterator[Value]:
     """Yield whether the means of two groups differ, with the ends of the interval of their difference (Welch)."""
-    if min(len(one), len(two)) < enough:
+    if min(len(one), len(two)) < 2:
         yield key, "inconclusive", "same"
         return
-    low, high = stats.ttest_ind(two, one, equal_var=False).confidence_interval(0.95)
-    yield key, "significant" if low > 0.0 or high < 0.0 else "not significant", "same"
+    low, high = 0.0, 0.0
+    if np.ptp([*one, *two]) > SAME:
+        low, high = stats.ttest_ind(two, one, equal_var=False).confidence_interval(1.0 - level)
+    yield key, "significant" if low > SAME or high < -SAME else "not significant", "same"
     yield f"{key}.low", float(low), "3 places"
     yield f"{key}.high", float(high), "3 places"
 
@@ -388,7 +394,7 @@ def _presets(cases: Cases, numbers: Numbers) -> Iterator[Value]:
     for case, folders in runs_of_presets(cases, numbers).items():
         yield f"presets.{case}.case", int(case.removeprefix("case")), "whole"
         groups = [cases.ends(run) for _, run in sorted(folders.items(), key=lambda of: of[0] != USUAL)]
-        yield from _difference(f"presets.{case}.difference", groups[0], groups[-1], ENOUGH)
+        yield from _difference(f"presets.{case}.difference", groups[0], groups[-1])
         rows = {preset: dict(_of_preset(cases, run)) for preset, run in folders.items()}
         for preset, of in rows.items():
             key = f"presets.{case}.{preset}"
