@@ -167,8 +167,9 @@ def _meanings(
         yield Meaning(f"{key}.{axis}", quantity, QUANTITIES[quantity])
     results = {_run(r): r for r in group}
     for artist in artists:
-        run, _, column = (artist.get_gid() or BAND).partition(":")
-        if run and not column.endswith(BAND):
+        name = artist.get_gid() or BAND
+        if not name.endswith(BAND):
+            run, _, column = name.rpartition(":")  # a folder may have colons in its name
             value = column if column == COARSE else sheet.meaning(results[run], column)
             yield Meaning(f"{key}.{run}.{column}", value, artist.get_label())
 
@@ -179,7 +180,7 @@ def _run(result: CaseResult) -> str:
 
 def _data(artist: Any) -> dict[str, Any]:
     """Return the data of a curve in the units of its axes: case, column of the table, label, colour, x, y."""
-    case, column = artist.get_gid().split(":")
+    case, _, column = artist.get_gid().rpartition(":")
     if isinstance(artist, PolyCollection):
         corners: Any = artist.get_paths()[0].vertices
         colour: Any = artist.get_facecolor()
@@ -274,8 +275,10 @@ def _legend_below(figure: Figure, columns: int) -> None:
 
 def _label_fraction(axes: Axes) -> None:
     axes.set(ylim=(0.0, 1.03), xlim=(0.0, None), ylabel=QUANTITIES[FRACTION], xlabel=TIME)
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="best")
+    handles, labels = axes.get_legend_handles_labels()
+    coarse = [handle for handle, label in zip(handles, labels, strict=True) if label == WORDS[COARSE]]
+    if handles:
+        axes.legend(handles=[handle for handle in handles if handle not in coarse[1:]], loc="best")
 
 
 def _label_liquid(axes: Axes) -> None:
@@ -334,10 +337,11 @@ def _draw_liquid(axes: Axes, group: Sequence[CaseResult]) -> None:
 
 
 def _end(axes: Axes, group: Sequence[CaseResult]) -> None:
-    """Draw the line at which the dry fraction retained must end: the share of the class that cannot pass."""
-    for r in [r for r in group if r.summary][:1]:
+    """Draw the lines at which the dry fraction retained must end: each share of the classes that cannot pass."""
+    done = (r for r in group if r.summary)
+    for share, (r, *_) in grouped(done, lambda r: r.summary and r.summary["coarse_share"]).items():
         look: Any = {"color": "#aab3bb", "linewidth": 1.0, "linestyle": ":", "label": WORDS[COARSE]}
-        axes.axhline(r.summary["coarse_share"] if r.summary else 0.0, gid=f"{_run(r)}:{COARSE}", **look)
+        axes.axhline(share, gid=f"{_run(r)}:{COARSE}", **look)
 
 
 def _moisture(result: CaseResult) -> str:

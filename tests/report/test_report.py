@@ -524,6 +524,36 @@ def test_curves_hold_the_numbers_of_the_tables(folder: Path, config: settings.Co
     plots.plt.close(figure)
 
 
+def test_a_folder_may_have_colons_in_its_name(folder: Path, config: settings.Config) -> None:
+    """Curves, their band and the line of the coarse share keep the whole name; the page is written and names the columns."""
+    (result,) = collect(folder, [config.case(2)])
+    assert result.retained is not None and result.folder is not None
+    named = replace(result, folder=result.folder.rename(folder / "run:band_12:30"), seeds=(result.retained,))
+    for sheet, columns in (
+        (plots.moisture([named]), {"fraction_retained", "coarse_share"}),
+        (plots.liquid([named]), {f"{n}_m3" for n in plots.PLACES if f"{n}_m3" in pd.DataFrame(named.liquid)}),
+    ):
+        (panel,) = plots.apart(sheet, "figure")
+        assert {curve["case"] for curve in json.loads(panel["curves"])} == {"run:band_12:30"}
+        keys = {of.key.removeprefix("figure.figure.0.") for of in panel["meanings"]}
+        assert keys - {"title", "x", "y"} == {f"run:band_12:30.{column}" for column in columns}
+
+
+def test_each_share_that_cannot_pass_has_its_line(folder: Path, config: settings.Config) -> None:
+    """Three dry cases of one material with two shares: two lines with the name of a case that has it, one entry of the legend."""
+    (result,) = collect(folder, [config.case(1)])
+    shares = {"a": 0.3, "b": 0.3, "c": 0.6}
+    group = [replace(result, folder=Path(n), summary={**(result.summary or {}), "coarse_share": s}) for n, s in shares.items()]
+    figure, axes = plots.plt.subplots()
+    plots._draw_dry(axes, group)
+    plots._label_fraction(axes)
+    lines = [line for line in axes.get_lines() if str(line.get_gid()).endswith(plots.COARSE)]
+    assert [(line.get_gid(), *set(line.get_ydata())) for line in lines] == [("a:coarse_share", 0.3), ("c:coarse_share", 0.6)]
+    entries = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert len(entries) == len(group) + 1 and entries.count(plots.WORDS[plots.COARSE]) == 1
+    plots.plt.close(figure)
+
+
 def test_a_missing_template_is_named(config: settings.Config, folder: Path) -> None:
     with raises_code("report.no_template"):
         report.write(config, "smoke", CASES, folder, folder, None, folder / "report.html")
