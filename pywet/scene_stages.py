@@ -171,14 +171,15 @@ def replay(folder: Path | str) -> dict[str, Any] | None:
 
 
 def view(folder: Path | str, step: int | None = None) -> Path:
-    """Write the time series for ParaView (`vtk/`), the picture `picture.png` and, for a user-defined scene, `report.html`.
+    """Write the time series for ParaView (`vtk/`), a picture and, for a user-defined scene, `report.html` with it.
 
     Parameters
     ----------
     folder : Path or str
         Run directory.
     step : int, optional
-        Output step of the picture; default: the last one.
+        Output step of the picture, then `picture_STEP.png`; default: the one at which a third of what passes or leaves has
+        done so, then `picture.png`.
 
     Returns
     -------
@@ -189,7 +190,7 @@ def view(folder: Path | str, step: int | None = None) -> Path:
     from pywet.report import scene_page as page
 
     stages.vtk(Path(folder))
-    picture = Path(folder) / "picture.png"
+    picture = Path(folder) / render.name(step)
     render.write(Path(folder), picture, step)
     if (Path(folder) / "description.json").exists():
         page.write(Path(folder), picture)

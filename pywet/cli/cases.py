@@ -196,7 +196,9 @@ def replay(
 @app.command()
 def view(
     run_dir: RunFolder,
-    step: Annotated[int | None, number("--step", STEP, "Output step of the picture or close-up")] = None,
+    step: Annotated[
+        int | None, number("--step", STEP, "Output step of the picture, picture_STEP.png, or close-up")
+    ] = None,
     movie: Annotated[bool, typer.Option("--movie", help="Draw movie.mp4 and the loop movie.webp.")] = False,
     paraview: Annotated[
         bool, typer.Option("--paraview", help="Write vtk/open_in_paraview.py, which displays all time series.")
@@ -248,7 +250,7 @@ def _view(
     stages.vtk(run_dir)
     for kind in vtk.KINDS:
         tell(f"{run_dir / 'vtk' / kind}.pvd (read back: as the logs say)")
-    picture = run_dir / "picture.png"
+    picture = run_dir / render.name(step)
     how = render.write(run_dir, picture, step)
     tell(f"{picture} (drawn by {how})")
 

@@ -61,6 +61,11 @@ FACES = ((185, 196, 207), (214, 190, 150), (160, 200, 165), (212, 165, 180), (16
 """Colours of the faces of a wall of a user-defined scene, in order."""
 
 
+def name(step: int | None = None) -> str:
+    """Return the name of the picture of a run, which its pages show, or of the one at a requested step."""
+    return "picture.png" if step is None else f"picture_{step}.png"
+
+
 def write(run_dir: Path, picture: Path, step: int | None = None) -> str:
     """Draw the run at an output step (default: `telling_step`) into a PNG; returns "vtk" or "matplotlib", whichever drew it."""
     run = RunDir(Path(run_dir))

@@ -169,9 +169,7 @@ def context(scale: str, results: Sequence[CaseResult], numbers: Numbers, picture
         "screen_columns": SCREEN,
         "case_columns": CASES,
         "reservoirs": LEDGER,
-        "picture": _embedded([picture]),
-        "movie": _embedded([r.folder / "movie.webp" for r in sorted(results, key=lambda r: not r.bridged) if r.folder]),
-        "moist_picture": any(r.bridged for r in results),
+        **_seen(results, picture),
         "scenes": _scenes(results),
         "versions": next((r.summary["versions"] for r in results if r.summary), {}),
         "version": pywet.__version__,
@@ -190,6 +188,15 @@ def _figures(results: Sequence[CaseResult]) -> dict[str, list[dict[str, Any]]]:
     sheets = {"moisture": plots.moisture, "dry": plots.dry, "classes": plots.classes, "liquid": plots.liquid}
     drawn = {name: plots.apart(sheet(results), name) for name, sheet in sheets.items()}
     return {name: panels for name, panels in drawn.items() if panels}
+
+
+def _seen(results: Sequence[CaseResult], picture: Path | None) -> dict[str, Any]:
+    """Return the loop or the picture of a moist case, otherwise of a dry one, and which it is; `picture`: of a moist one, if any."""
+    loops = {moist: _embedded([r.folder / "movie.webp" for r in results if r.folder and r.bridged == moist])
+             for moist in (True, False)}  # fmt: skip
+    still, moist = _embedded([picture]), any(r.bridged for r in results)
+    moist = moist and bool(loops[True] or still)
+    return {"movie": loops[moist], "picture": still, "moist_picture": moist}
 
 
 def _embedded(files: Sequence[Path | None]) -> str | None:

@@ -210,9 +210,7 @@ def _coarse(result: CaseResult) -> float:
     return float(result.summary["coarse_share"]) if result.summary else float("nan")
 
 
-def significance(
-    numbers: Numbers, key: str, one: Sequence[float], two: Sequence[float], comparisons: int = 1
-) -> None:
+def significance(numbers: Numbers, key: str, one: Sequence[float], two: Sequence[float], comparisons: int = 1) -> None:
     """Store whether two groups of seeds differ (Welch), at 5 % for so many comparisons together; inconclusive of one seed."""
     if min(len(one), len(two)) < 2:
         numbers.put(key, "inconclusive")

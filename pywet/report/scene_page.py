@@ -43,7 +43,7 @@ DEEP = 0.05
 
 def of_run(folder: Path) -> Path:
     """Write `report.html` into the folder of a finished run, with a picture as new as its results; returns its path."""
-    picture, summary = folder / "picture.png", folder / "summary.json"
+    picture, summary = folder / render.name(), folder / "summary.json"
     if not summary.exists():
         raise PywetError(
             f"no summary.json in {folder}; expected a finished run of a case or of a scene: run it again",

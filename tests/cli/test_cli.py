@@ -308,6 +308,8 @@ def test_view_writes_series_and_picture(runner: CliRunner, tmp_path: Path) -> No
     assert result.exit_code == 0, result.output
     made = [word for word in result.output.split() if word.endswith((".pvd", ".png"))]
     assert [Path(made[k]).exists() for k in range(4)] == [True] * 4
+    # not the picture of the report, which says what is seen in it
+    assert made[3].endswith("picture_200.png") and not (run / "picture.png").exists()
 
 
 def test_a_failed_stage_of_run_is_the_sentence(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 import shutil
@@ -372,6 +373,27 @@ def test_an_empty_picture_is_left_out(config: settings.Config, folder: Path) -> 
     assert "data:image/png" not in _write(config, folder, folder / "picture.png")
 
 
+@pytest.mark.parametrize(
+    ("loops", "still", "shown"),
+    [
+        ((1,), True, (None, "still", True)), ((1, 2), True, ("2", "still", True)), ((1,), False, ("1", None, False)),
+        ((), False, (None, None, False)),
+    ],
+)  # fmt: skip
+def test_what_is_seen_is_called_by_what_it_is(
+    config: settings.Config, tmp_path: Path, loops: tuple[int, ...], still: bool, shown: tuple[object, ...]
+) -> None:
+    """Case 1 is dry, case 2 moist, and so is the picture: neither the dry loop nor its absence is called moist."""
+    results = [CaseResult(config.case(n), (), folder=tmp_path / f"{n}") for n in (1, 2)]
+    for n in (1, 2):
+        (tmp_path / f"{n}").mkdir()
+        (tmp_path / f"{n}" / "movie.webp").write_bytes(f"{n}".encode() if n in loops else b"")
+    (tmp_path / "picture.png").write_bytes(b"still" if still else b"")
+    seen = report.context("smoke", results, report_numbers.Numbers(), tmp_path / "picture.png")
+    found = [seen[name] and base64.b64decode(seen[name].split(",")[1]).decode() for name in ("movie", "picture")]
+    assert (*found, seen["moist_picture"]) == shown
+
+
 def test_statement_says_how_the_scale_departs_from_the_paper(config: settings.Config, folder: Path) -> None:
     smoke = _write(config, folder)
     # Softened to 0.01: the duration of a collision goes with stiffness to the power -1/2.
@@ -458,7 +480,12 @@ def _listed(path: Path, *liquids: str) -> Path:
     ],
 )
 def test_moisture_is_judged_by_the_spheres_at_one_level_for_all_comparisons(
-    config: settings.Config, folder: Path, tmp_path: Path, liquids: tuple[str, ...], moist: tuple[float, ...], found: str
+    config: settings.Config,
+    folder: Path,
+    tmp_path: Path,
+    liquids: tuple[str, ...],
+    moist: tuple[float, ...],
+    found: str,
 ) -> None:
     """Spheres retained of 0.50 and 0.52 dry; Y of moist seeds is 0.1 more by the liquid alone, which has not passed.
 
@@ -483,7 +510,9 @@ def test_moisture_is_judged_by_the_spheres_at_one_level_for_all_comparisons(
     differences = [numbers[f"{case.name}.difference"]["value"] for case in cases[1:]]
     assert differences == [found] * len(liquids)
     again = Cases(folder, _listed(tmp_path / "cases.csv", *liquids), [case.case for case in cases])
-    assert [value for key, value, _ in report_values._answer(again, numbers) if key.endswith("difference")] == differences
+    assert [
+        value for key, value, _ in report_values._answer(again, numbers) if key.endswith("difference")
+    ] == differences
 
 
 def test_panels_are_those_of_the_paper_for_the_eighteen_cases(config: settings.Config) -> None:
@@ -543,12 +572,18 @@ def test_each_share_that_cannot_pass_has_its_line(folder: Path, config: settings
     """Three dry cases of one material with two shares: two lines with the name of a case that has it, one entry of the legend."""
     (result,) = collect(folder, [config.case(1)])
     shares = {"a": 0.3, "b": 0.3, "c": 0.6}
-    group = [replace(result, folder=Path(n), summary={**(result.summary or {}), "coarse_share": s}) for n, s in shares.items()]
+    group = [
+        replace(result, folder=Path(n), summary={**(result.summary or {}), "coarse_share": s})
+        for n, s in shares.items()
+    ]
     figure, axes = plots.plt.subplots()
     plots._draw_dry(axes, group)
     plots._label_fraction(axes)
     lines = [line for line in axes.get_lines() if str(line.get_gid()).endswith(plots.COARSE)]
-    assert [(line.get_gid(), *set(line.get_ydata())) for line in lines] == [("a:coarse_share", 0.3), ("c:coarse_share", 0.6)]
+    assert [(line.get_gid(), *set(line.get_ydata())) for line in lines] == [
+        ("a:coarse_share", 0.3),
+        ("c:coarse_share", 0.6),
+    ]
     entries = [text.get_text() for text in axes.get_legend().get_texts()]
     assert len(entries) == len(group) + 1 and entries.count(plots.WORDS[plots.COARSE]) == 1
     plots.plt.close(figure)
