@@ -63,7 +63,7 @@ def lines(runs: Sequence[RunDir], report: Path | None) -> Iterator[str]:
     yield from _liquid(runs)
     yield from _deep(runs)
     standings = [(verdict.check_result(run), run) for run in runs]
-    worst, where = min(standings, key=lambda s: ("no", "in part", "–", "yes").index(s[0].word))
+    worst, where = min(standings, key=lambda s: verdict.ORDER.index(s[0].word))
     alike = "every seed; numbers of " if len({s.word for s, _ in standings}) == 1 else ""
     of = f" ({alike}{where.path.name})" if len(runs) > 1 else ""
     word = "nothing" if worst.word == "–" else worst.word

@@ -23,6 +23,7 @@ from pywet.runs.distinct_seeds import distinct_seeds, not_counted
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.spread import quantile
 from pywet.util.files import atomic_write
+from pywet.util.notices import notice
 
 FORMATS = (".pdf", ".svg", ".png")
 THESIS: Any = {
@@ -165,6 +166,13 @@ def panels_of(groups: Mapping[str, Sequence[Path]]) -> list[Panel]:
                 "screening case, a scene whose sizes part by outlet or tray, or a moist scene",
                 code="plot.nothing", where=folders[0],
             )  # fmt: skip
+        for panel in drawn:
+            counts = [len(of) for key, of in panel.curves.items() if key[0] == group]
+            if counts and min(counts) < len(runs):
+                quantity = panel.y.partition(" [")[0]
+                notice.warning(
+                    f"{group}: {min(counts)} of {len(runs)} runs have data for '{quantity}'; others are left out"
+                )
     if {name for _, name in outlets.curves} == BOTH:
         outlets.y = "share to the overs [-]"
         for held in (outlets.curves, outlets.ends):

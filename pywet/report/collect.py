@@ -157,8 +157,9 @@ def _collect_run(run_dir: Path, case: Case, alone: bool) -> CaseResult:
             f"{run_dir}: summary.json is that of a dry run; run case {case.case} again",
             code="report.dry_run", where=run_dir,
         )  # fmt: skip
-    replay, seeds = run.replay, _other_seeds(run_dir)
-    found += tuple(f"{path.name}: {objection}" for path in seeds for objection in verdict.objections(RunDir(path)))
+    replay, others = run.replay, _other_seeds(run_dir)
+    found += tuple(f"{path.name}: {problem}" for path in others for problem in verdict.problems(path, alone=True))
+    seeds = [path for path in others if (path / RETAINED).exists()]
     return CaseResult(
         case,
         found,
@@ -187,13 +188,14 @@ OF_ONE_RUN = ("seed", "seeds", "ranks")
 
 
 def _other_seeds(run_dir: Path) -> list[Path]:
-    """Return the runs of further seeds of a run.
+    """Return the runs of further seeds of a run, those without results last.
 
     Those of another configuration, file or version of pywet, or with its seed, are left out with a notice.
     """
-    runs = sorted(table.parent.parent for table in run_dir.parent.glob(f"{run_dir.name}-*/{RETAINED}"))
+    runs = [r for r in run_dir.parent.glob(f"{run_dir.name}-*") if r.name.removeprefix(f"{run_dir.name}-").isdigit()]
+    begun = [run for run in runs if any((run / name).exists() for name in (RETAINED, record.IDENTITY, "status"))]
     mine, same = _configured(run_dir), []
-    for run in (r for r in runs if r.name.removeprefix(f"{run_dir.name}-").isdigit()):
+    for run in sorted(begun, key=lambda run: (not (run / RETAINED).exists(), run)):
         other = _configured(run)
         if (mine is None or other is None or mine == other) and record.alike(run_dir, run):
             same.append(run)

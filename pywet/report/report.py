@@ -191,7 +191,7 @@ def _figures(results: Sequence[CaseResult]) -> dict[str, list[dict[str, Any]]]:
 
 
 def _seen(results: Sequence[CaseResult], picture: Path | None) -> dict[str, Any]:
-    """Return the loop or the picture of a moist case, otherwise of a dry one, and which it is; `picture`: of a moist one, if any."""
+    """Return loop and picture of a moist case, otherwise of a dry one, and which it is; `picture` is of a moist one if any is."""
     loops = {moist: _embedded([r.folder / "movie.webp" for r in results if r.folder and r.bridged == moist])
              for moist in (True, False)}  # fmt: skip
     still, moist = _embedded([picture]), any(r.bridged for r in results)

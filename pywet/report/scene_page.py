@@ -277,7 +277,8 @@ def _effects(run: Run) -> str:
 
 
 def _replay(runs: seeds.Runs) -> str:
-    if not all(run.replay for run in runs):
+    without = [run.path.name for run in runs if not run.replay]
+    if len(without) == len(runs):
         return page.paragraph("Nothing of this run could be replayed.")
     rows = seeds.agreement(runs)
     compared = page.table_of(rows, {
@@ -291,8 +292,9 @@ def _replay(runs: seeds.Runs) -> str:
         f"{len(rows)} quantities in {sum(r.count for r in rows)} values were recomputed, by a second program that shares no "
         f"code with the first, from what the engine logged; {sum(not r.ok for r in rows)} disagree."
         + (" Deviations are the largest of all seeds." if len(runs) > 1 else "")
+        + (f" Nothing of {', '.join(without)} was replayed." if without else "")
     )
-    amber = [[page.left(what, "fair")] for what in seeds.lines_of(runs, lambda r: verdict.not_checked(r.replay))]
+    amber = [[page.left(what, "fair")] for what in seeds.lines_of(runs, lambda r: verdict.not_checked(r.replay or {}))]
     open_points = page.folded(f"{len(amber)} points that were not checked", page.table(["not checked"], amber))
     return text + (open_points if amber else "") + page.folded("All quantities", compared)
 

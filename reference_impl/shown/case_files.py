@@ -16,6 +16,8 @@ STAGES = ("scene", "simulate", "results", "replay", "vtk")
 LOST = 1e-12
 """Share of the liquid beyond which it is not conserved."""
 RETAINED = "results/fraction_retained.parquet"
+BEGUN = (RETAINED, "status", "identity.json")
+"""Paths of which a run that was begun has one."""
 
 
 def name_of(number: int | str) -> str:
@@ -81,14 +83,19 @@ class Cases:
         return groups
 
     def seeds(self, number: int | str) -> list[str]:
-        """Return the folders of a case's further seeds, named CASE-SEED.
+        """Return the folders of a case's further seeds that have a fraction retained."""
+        return [seed for seed in self.begun(number) if self.retained(seed)]
+
+    def begun(self, number: int | str) -> list[str]:
+        """Return the folders of a case's further seeds, named CASE-SEED, the finished ones first.
 
         Not those that ran with another configuration, or for which a file or the program had changed by their fingerprints, nor
         those whose scene has the seed of the case or of a folder before.
         """
         name, mine, word = name_of(number), self._run_with(number), self._seedless(number)
-        there = (path.parent.parent.name for path in self.folder.glob(f"{name}-*/{RETAINED}"))
+        there = {path.name for part in BEGUN for path in self.folder.glob(f"{name}-*") if (path / part).exists()}
         seeds = sorted(folder for folder in there if folder.removeprefix(f"{name}-").isdigit())
+        seeds.sort(key=self.retained, reverse=True)
         alike = [folder for folder in seeds if None in (mine, its := self._run_with(folder)) or its == mine]
         alike = [folder for folder in alike if None in (word, its := self._seedless(folder)) or its == word]
         used = [(self.json(run, "scene.json") or {}).get("seed") for run in (number, *alike)]
@@ -149,9 +156,14 @@ class Cases:
 
     def done(self, number: int) -> bool:
         """Return whether every stage of a case succeeded and no check of the outcome of it and its further seeds fails."""
-        stages = [self.json(number, f"status/{name}.json") for name in STAGES]
-        ended = all(stage and stage["ok"] for stage in stages)
-        return ended and self._passed(number) and all(self._passed(seed) for seed in self.seeds(number))
+        return all(self._ended(run) and self._passed(run) for run in (number, *self.begun(number)))
+
+    def _ended(self, run: int | str) -> bool:
+        """Return whether every stage of a run succeeded; a further seed may have no VTK files."""
+        stages = {name: self.json(run, f"status/{name}.json") for name in STAGES}
+        if isinstance(run, str) and stages["vtk"] is None:
+            del stages["vtk"]
+        return all(stage and stage["ok"] for stage in stages.values())
 
     def _passed(self, run: int | str) -> bool:
         """Return whether a run has results and no check of its outcome fails."""

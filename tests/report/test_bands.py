@@ -123,6 +123,15 @@ def test_a_reservoir_that_is_empty_in_some_seeds_is_zero_there(seeds: list[Path]
     assert half is not None and (mean[-1], half[-1]) == pytest.approx((0.1, 4.303 * 0.1), rel=1e-3)
 
 
+def test_runs_without_a_table_are_named(seeds: list[Path], tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """One of three seeds has no fraction retained: the curve of two says so, and that of all three says nothing."""
+    runs = [Path(shutil.copytree(run, tmp_path / run.name)) for run in seeds]
+    (runs[1] / "results" / "fraction_retained.parquet").unlink()
+    assert len(bands.panels_of({"case02": runs})[0].curves["case02", ""]) == len(runs) - 1
+    assert "case02: 2 of 3 runs have data for 'fraction retained'; others are left out" in caplog.text
+    assert "share of the liquid put in" not in caplog.text
+
+
 def test_reservoirs_are_summed_in_all_seeds_or_in_none(tmp_path: Path) -> None:
     """Ten reservoirs in the first run, three in the second: of both the sums over spheres and over walls are drawn."""
     runs = [RunDir(run) for (run,) in decks(tmp_path).values()]

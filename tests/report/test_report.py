@@ -234,6 +234,37 @@ def test_a_seed_that_fails_its_checks_is_a_problem_of_its_case(config: settings.
     assert problem.startswith("case02-8: the replay disagrees on bridge_volume")
 
 
+@pytest.mark.parametrize("stage", ["scene", "simulate", "replay"])
+def test_a_seed_that_failed_is_a_problem_of_its_case(config: settings.Config, folder: Path, stage: str) -> None:
+    """Case 1 is dry; its second seed failed in a stage, with or without results: seeds that fail are no random sample.
+
+    A failed run of another configuration is none of it, and one whose seed was run again elsewhere is not missing."""
+
+    def fail() -> None:
+        raise PywetError("LIGGGHTS stopped: lost")
+
+    assert collect(folder, [config.case(1)])[0].done and Cases(folder, ROOT / "config" / "cases.csv", [1]).done(1)
+    seed = _reseeded(folder / "case01", folder / "case01-10008", 10008)
+    if stage != "replay":
+        shutil.rmtree(seed / "results")
+    for name in list(stages.NEEDS)[list(stages.NEEDS).index(stage) :]:
+        stages.attempt(seed, name, fail if name == stage else lambda: None, aloud=False)
+    if stage == "replay":
+        assert verdict.check_result(RunDir(seed)).word == "no"
+    (result,) = collect(folder, [config.case(1)])
+    assert result.problems == (f"case01-10008: stage {stage} failed: LIGGGHTS stopped: lost",)
+    assert len(result.ends) == (2 if stage == "replay" else 1)
+    assert not Cases(folder, ROOT / "config" / "cases.csv", [1]).done(1)
+    again = _reseeded(folder / "case01", folder / "case01-9", 10008)
+    if stage != "replay":
+        assert collect(folder, [config.case(1)])[0].done
+        assert Cases(folder, ROOT / "config" / "cases.csv", [1]).done(1)
+    shutil.rmtree(again)
+    for name, percent in (("case01", 0.0), ("case01-10008", 5.0)):
+        (folder / name / "config.json").write_text(json.dumps({"case": {"liquid_percent": percent}}))
+    assert collect(folder, [config.case(1)])[0].done and Cases(folder, ROOT / "config" / "cases.csv", [1]).done(1)
+
+
 @pytest.mark.parametrize(("first", "counted"), [(10007, [10008, 10009]), (10008, [10009]), (7, [10008, 10009])])
 def test_each_seed_counts_once(config: settings.Config, folder: Path, first: int, counted: list[int]) -> None:
     """`pywet run 2 --seeds 3`, then `pywet run 2 --seed 10008`: case02 has the seed of case02-10008; two folders have 10009."""

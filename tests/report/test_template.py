@@ -40,7 +40,9 @@ def seeds(folder: Path) -> Path:
     for case in (1, 2):
         write_json(root / f"case{case:02d}" / "config.json", config.resolved(case, "full"))
     for run in root.glob("case*-*"):
-        for path in (root / run.name.rpartition("-")[0]).glob("[rs]*y.json"):  # summary and replay
+        first = root / run.name.rpartition("-")[0]
+        shutil.copytree(first / "status", run / "status")
+        for path in first.glob("[rs]*y.json"):  # summary and replay
             shutil.copy(path, run)
     _changed(root / "case02" / "replay.json", unchecked=[LAW], nothing_compared=["contacts: there is none"])
     _changed(root / "case01" / "status" / "simulate.json", ok=False, reason="LIGGGHTS stopped")

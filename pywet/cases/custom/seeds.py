@@ -9,13 +9,12 @@ from typing import Any
 
 from pywet.cases.screening import verdict
 from pywet.products.feed import LEFT_OUT
+from pywet.runs import record
 from pywet.runs.distinct_seeds import distinct_seeds
 from pywet.runs.loaded import Run
 from pywet.runs.rundir import RunDir
 from pywet.runs.spread import with_interval
 
-ORDER = ("no", "in part", "–", "yes")
-"""Statuses of a check result, the worst first."""
 Runs = Sequence[Run]
 
 
@@ -25,11 +24,19 @@ def of_scene(folder: Path) -> list[Run]:
     Their descriptions differ in nothing else; those for which a file or pywet has changed are left out with a notice.
     """
     folder = folder.resolve() if folder.name in ("", "..") else folder
+    return [Run(p) for p in distinct_seeds([folder, *(p for p in _others(folder) if _finished(p))])]
+
+
+def _others(folder: Path) -> list[Path]:
+    """List the folders FOLDER-SEED with the description of a run but for the seed, by seed."""
     description = but_seed(folder)
     found = (p for p in folder.parent.glob(f"{folder.name}-*") if p.name.removeprefix(f"{folder.name}-").isdigit())
-    others = [p for p in found if description and (p / "summary.json").exists() and but_seed(p) == description]
-    others.sort(key=lambda p: int(p.name.rpartition("-")[2]))
-    return [Run(p) for p in distinct_seeds([folder, *others])]
+    others = [p for p in found if description and but_seed(p) == description]
+    return sorted(others, key=lambda p: int(p.name.rpartition("-")[2]))
+
+
+def _finished(folder: Path) -> bool:
+    return (folder / "summary.json").exists()
 
 
 def but_seed(folder: Path) -> dict[str, Any]:
@@ -48,17 +55,26 @@ def over(values: Sequence[float], digits: int = 4) -> str:
 
 
 def worst(runs: Runs) -> verdict.CheckResult:
-    """Return the worst status of the runs with the name of that run, and a note on how the numbers are combined."""
+    """Return the worst status of the runs with the name of that run, and a note on how the numbers are combined.
+
+    A further seed without results counts as one that fails: runs that end early are no random sample.
+    """
     found = [(verdict.check_result(RunDir(run.path)), run.path.name) for run in runs]
-    lowest, name = min(found, key=lambda entry: ORDER.index(entry[0].word))
-    if len(runs) == 1:
+    first = runs[0].path
+    if missing := [p.name for p in _others(first) if not _finished(p) and record.alike(first, p)]:
+        ended = verdict.CheckResult("no", "bad", "not run to the end, there is no summary.json.")
+        found.insert(0, (ended, ", ".join(missing)))
+    lowest, name = min(found, key=lambda entry: verdict.ORDER.index(entry[0].word))
+    if len(found) == 1:
         return lowest
     names = ", ".join(run.path.name for run in runs)
-    sentence = (
+    several = (
         f"{len(runs)} seeds ({names}): numbers are their mean ± 95 % confidence interval of the mean, curves their mean with "
-        f"that interval as a band; the picture is of the first. {name}: {lowest.sentence}"
+        "that interval as a band; the picture is of the first. "
     )
-    return verdict.CheckResult(lowest.word, lowest.grade, sentence)
+    return verdict.CheckResult(
+        lowest.word, lowest.grade, f"{several if len(runs) > 1 else ''}{name}: {lowest.sentence}"
+    )
 
 
 def agreement(runs: Runs) -> list[verdict.Agreement]:

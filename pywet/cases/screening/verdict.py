@@ -56,6 +56,10 @@ def unchecked_laws(replay: dict[str, Any]) -> list[str]:
     ]
 
 
+ORDER = ("no", "–", "in part", "yes")
+"""Statuses of a check result, the worst first."""
+
+
 @dataclass(frozen=True)
 class CheckResult:
     """Verdict on a run at the top of its page: a status, its colour and a sentence."""
@@ -106,9 +110,11 @@ def recomputed(run: RunDir) -> str:
 def problems(run_dir: Path, alone: bool = False) -> list[str]:
     """Return the reasons why a case is not complete: a failed stage, or failed checks, ledger or replay; empty if none."""
     status = record.outcome(run_dir, alone)
-    if not status.ok:
-        return [f"stage {status.failed_at} failed: {status.reason}" if status.failed_at else str(status.reason)]
-    return objections(RunDir(Path(run_dir)))
+    return objections(RunDir(Path(run_dir))) if status.ok else [_failure(status)]
+
+
+def _failure(status: record.Status) -> str:
+    return f"stage {status.failed_at} failed: {status.reason}" if status.failed_at else str(status.reason)
 
 
 def objections(run: RunDir) -> list[str]:
@@ -126,7 +132,10 @@ def objections(run: RunDir) -> list[str]:
             f"the liquid ledger is off by {error:.2g} of the initial liquid, allowed is {LEDGER_TOLERANCE:g}"
         )
     rows = agreement(replay) if replay else []
-    if summary["effects"]["bridges"] and not rows:
+    tried = not replay and (run.path / record.STATUS.format("replay")).exists()
+    if tried and not (status := record.Status.read(run.path, "replay")).ok:
+        sentences.append(_failure(status))
+    elif summary["effects"]["bridges"] and not rows:
         sentences.append("the run was not replayed")
     sentences += [
         f"the replay disagrees on {r.quantity}: {r.largest:.2g} relative, allowed is {r.limit:g}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,12 +16,15 @@ import yaml
 from typer.testing import CliRunner
 
 import pywet
-from pywet import scene_stages
+from pywet import scene_stages, stages
 from pywet.cases.custom import seeds
+from pywet.cases.screening import verdict
 from pywet.cli.app import app
+from pywet.cli.ending import lines
 from pywet.errors import PywetError
 from pywet.report import scene_page as page
 from pywet.runs import record
+from pywet.runs.rundir import RunDir
 from pywet.runs.spread import with_interval
 from tests.cases.custom.conftest import beads
 from tests.cases.screening import synthetic
@@ -140,6 +144,44 @@ def test_a_seed_of_another_file_is_not_counted(
     assert f"{tmp_path / 'run-3'} was run with another configuration, file" in caplog.text
     record.leave_identity(tmp_path / "run-3", "of a version without the second fingerprint")
     assert [run.path.name for run in seeds.of_scene(tmp_path / "run")] == ["run", "run-2", "run-3"]
+
+
+@pytest.fixture
+def scenes(tmp_path: Path) -> list[Path]:
+    """Three dry seeds of a scene: `run` was replayed in part, `run-2` was not replayed, `run-3` has not ended."""
+    runs = [synthetic.make(tmp_path / name, moist=False) for name in ("run", "run-2", "run-3")]
+    for seed, run in enumerate(runs, start=1):
+        (run / "description.json").write_text(json.dumps({"name": "scene", "seed": seed}))
+        (run / "scene.json").write_text(
+            synthetic.scene(moist=False).model_copy(update={"seed": seed}).model_dump_json()
+        )
+    for run in runs[:2]:
+        stages.results(run)
+    force = {"scale": "itself", "count": 3, "largest": 1e-13, "median": 1e-16, "tolerance": 1e-9}
+    (runs[0] / "replay.json").write_text(json.dumps({"quantities": {"force": force}, "not_checked": ["energies"]}))
+    return runs
+
+
+def test_a_seed_that_has_not_ended_is_named(scenes: list[Path]) -> None:
+    """The page of the two others says no and which it is; a folder of another scene is none of its seeds."""
+    runs = seeds.of_scene(scenes[0])
+    assert [run.path for run in runs] == scenes[:2]
+    found = seeds.worst(runs)
+    assert (found.word, found.grade) == ("no", "bad") and "run-3: not run to the end" in found.sentence
+    (scenes[2] / "description.json").write_text(json.dumps({"name": "another", "seed": 3}))
+    assert seeds.worst(runs).word == "–"
+
+
+def test_nothing_replayed_is_worse_than_in_part(scenes: list[Path]) -> None:
+    """So it heads the page and the summary of the command; the section on the replay names the seed."""
+    shutil.rmtree(scenes[2])
+    runs = seeds.of_scene(scenes[0])
+    assert [verdict.check_result(RunDir(run.path)).word for run in runs] == ["in part", "–"]
+    assert seeds.worst(runs).word == "–" and "run-2: Its checks agree" in seeds.worst(runs).sentence
+    assert "checked: nothing (run-2): nothing of it could" in "\n".join(lines([RunDir(run.path) for run in runs], None))
+    text = page._replay(runs)
+    assert "1 quantities in 3 values were recomputed" in text and "Nothing of run-2 was replayed." in text
+    assert "Nothing of this run could be replayed" in page._replay(runs[1:])
 
 
 def test_the_ledger_of_seeds_has_times_that_all_have() -> None:
