@@ -119,12 +119,12 @@ def picture(figure: Figure, caption: str, vector: bool = True) -> str:
 def curves(figure: Figure, name: str, caption: str = "", drawn_only: bool = False) -> str:
     """Return a figure as SVG text with its caption, and its lines as JSON, which the page offers as CSV; it is closed.
 
-    `drawn_only`: a picture without curves, which the page offers only as SVG.
+    Lines across the axes, which mark one value, are not curves. `drawn_only`: a picture without curves, offered only as SVG.
     """
     lines = [
         {"label": str(line.get_label()).removeprefix("_"), "x": np.asarray(line.get_xdata()).tolist(),
          "y": np.asarray(line.get_ydata(), float).tolist()}
-        for axes in figure.axes for line in axes.get_lines() if not drawn_only
+        for axes in figure.axes for line in axes.get_lines() if line.get_transform() == axes.transData and not drawn_only
     ]  # fmt: skip
     label = figure.axes[0].get_ylabel()
     with plt.rc_context({"svg.fonttype": "none"}):

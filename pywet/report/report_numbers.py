@@ -202,8 +202,10 @@ def _screens(numbers: Numbers, results: Sequence[CaseResult]) -> None:
     for key, (words, factor, path) in SCREEN.items() if there else ():
         numbers.label(f"screen.{key}", words)
         for r in there:
-            found = (deep(s, path) for s in r.screens)
-            numbers.spread(f"{r.case.name}.screen.{key}", [factor * v for v in found if v is not None])
+            found = [factor * v for s in r.screens if (v := deep(s, path)) is not None]
+            numbers.spread(f"{r.case.name}.screen.{key}", found)
+            if 0 < len(found) < len(r.screens):
+                numbers.put(f"{r.case.name}.screen.{key}.seeds", f"{len(found)} of {len(r.screens)}")
 
 
 def _coarse(result: CaseResult) -> float:

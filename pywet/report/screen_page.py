@@ -207,6 +207,8 @@ def _partition(numbers: dict[str, Any], curve: pd.DataFrame) -> str:
     d, t = curve["diameter_mm"], curve["T"]
     axes.plot(d, 100 * t, marker="o", label="partition curve")
     axes.vlines(d, 100 * curve["T_low"], 100 * curve["T_high"], color=COLOURS[0], alpha=0.5)
+    for end in ("low", "high"):  # for the CSV file
+        axes.plot(d, 100 * curve[f"T_{end}"], linestyle="none", label=f"95 % {end}")
     if numbers["d50_mm"]:
         axes.axvline(numbers["d50_mm"], color=INK, linestyle="--")
     if numbers["reference_mm"] not in (None, numbers["d50_mm"]):

@@ -194,6 +194,8 @@ def _screen(cases: Cases, number: int) -> Iterator[Value]:
         values = [(of.get(first) or {}).get(then) if then else of.get(first) for of in files]
         spread = [factor * v for v in values if v is not None]
         yield from _spread(f"{name_of(number)}.screen.{key}", spread, "3 digits")
+        some = f"{len(spread)} of {len(values)}"
+        yield f"{name_of(number)}.screen.{key}.seeds", some, "same" if 0 < len(spread) < len(values) else "absent"
 
 
 def _evaluated(cases: Cases, run: int | str) -> dict[str, Any] | None:

@@ -49,6 +49,16 @@ def test_page_holds_what_it_was_given(tmp_path: Path) -> None:
     assert 'src="data:image/svg+xml;base64,' in text and 'class="card bad"' in text
 
 
+def test_the_curves_of_a_partition_are_its_columns() -> None:
+    """Offered as CSV are the partition curve and the ends of its intervals in per cent, not the lines at d50 and aperture."""
+    curve = pd.DataFrame({"diameter_mm": [2.0, 6.0], "T": [0.1, 0.9], "T_low": [0.0, 0.8], "T_high": [0.2, 1.0]})
+    (lines,) = _strictly(screen_page._partition({"d50_mm": 4.0, "reference_mm": 5.0}, curve))
+    assert {line["label"]: line["y"] for line in lines} == {
+        "partition curve": [10.0, 90.0], "95 % low": [0.0, 80.0], "95 % high": [20.0, 100.0],
+    }  # fmt: skip
+    assert all(line["x"] == [2.0, 6.0] for line in lines)
+
+
 def test_a_heading_is_aligned_as_its_column() -> None:
     """Left above text, right above numbers; of a column with both right, as its numbers are."""
     rows = [[page.left("a"), "1", page.left("x")], [page.left("b"), "2", "3"]]

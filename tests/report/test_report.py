@@ -389,6 +389,20 @@ def _seeds_of_case_2(folder: Path) -> None:
         (run / "summary.json").write_text(json.dumps({**summary, "fraction_retained_end": y}))
 
 
+def test_a_number_of_some_seeds_says_so(config: settings.Config, folder: Path) -> None:
+    """A share that one of two seeds does not have: the other's, with a note; the check of the page has it too."""
+    _reseeded(folder / "case02", folder / "case02-8", 8)
+    path = folder / "case02" / "results" / "screen.json"
+    found = json.loads(path.read_text())
+    path.write_text(json.dumps({**found, "overs_purity": None}))
+    text = _write(config, folder, cases=(2,))
+    table = text.partition('<section id="screen">')[2].partition("</section>")[0]
+    assert re.findall(r"<td>([^<]*) \(1 of 2 seeds\)</td>", table) == [f"{100 * found['overs_purity']:.3g}"]
+    again = report_values._screen(Cases(folder, ROOT / "config" / "cases.csv", [2]), 2)
+    some = {key: value for key, value, digits in again if key.endswith(".seeds") and digits != "absent"}
+    assert some == {"case02.screen.overs_purity_percent.seeds": "1 of 2"}
+
+
 def test_pages_that_were_made_are_linked(config: settings.Config, folder: Path) -> None:
     assert "studies/" not in _write(config, folder)
     page = folder.parent / "studies" / "effects.html"
