@@ -283,7 +283,7 @@ def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WI
         for one, panel in zip(axes, shown, strict=False):  # the last row may have unused axes
             _draw(one, panel, labels)
         notes = ["bands: 95 % confidence interval of the mean over the seeds"] * any(
-            len(r) > 1 for r in groups.values()
+            len(of) > 1 for panel in shown for of in panel.curves.values()
         )
         notes += ["bars: 95 % intervals of the counts of one run"] * any(panel.bars for panel in shown)
         hidden = any(len(panel.largest()) < len(panel.curves) for panel in shown)
