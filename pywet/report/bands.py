@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +20,7 @@ from pywet.cases.screening.results import class_titles
 from pywet.errors import PywetError
 from pywet.products import destinations
 from pywet.products.screening_report import aperture_of
-from pywet.report.pictures import COLOURS, DASHES, INK, STYLE, panels, plt
+from pywet.report.pictures import INK, STYLE, colours, dash, panels, plt
 from pywet.runs.distinct_seeds import distinct_seeds, not_counted
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.spread import quantile
@@ -44,8 +46,12 @@ WIDTH, LEAST, HEIGHT, FEW, ROW = 150.0, 65.0, 65.0, 2, 3.8
 They are the width of a figure (text width of an A4 thesis), the least width and the height of a panel, the largest
 number of entries of a legend inside the panel, and the height of a row of one below it.
 """
-SHORT, LONG, MOST = 16, 40, 6
-"""Letters of an entry up to which a legend has two columns or is inside its panel, and at most; most curves of a group."""
+SHORT, LONG, SAME = 16, 40, 12
+"""Letters of an entry up to which a legend has two columns or is inside its panel; at most; and on each side of a difference."""
+LETTER = 1.3
+"""Width of a letter of the notes [mm]."""
+MOST = 6
+"""Number of liquid reservoirs above which those of spheres and of walls are summed."""
 INCH = 25.4
 LIQUID = (
     "coarse_material", "fines", "films", "bridges", "walls", "wires", "side_wall", "feed_bin", "outlet", "impact_plate",
@@ -56,7 +62,7 @@ LEAST_SHARE = 0.01
 """Largest value over that of the panel below which the curve of a liquid reservoir is not drawn."""
 LEDGER = {"films": "in films", "bridges": "in bridges", "walls": "on walls", "retired": "left with spheres"}
 """Columns of the ledger that are drawn of a user-defined scene with one class of spheres and no outlet."""
-SINCE_OPENING = "time since the slide opened [s]"
+TIME, SINCE_OPENING = "time [s]", "time since the slide opened [s]"
 BOTH = {"overs", "unders"}
 """Outlets of which the partition of the first says all."""
 JOINED = {"spheres": "on spheres", "wall": "on walls"}
@@ -96,33 +102,25 @@ class Panel:
         return any(len(of) == 1 for of in self.ends.values())
 
     def largest(self) -> dict[tuple[str, str], list[tuple[Floats, Floats]]]:
-        """Return the `MOST` curves with the largest maxima, in their order, without those below `least`."""
+        """Return the curves without those whose largest value is below `least` of the panel's."""
         names = list(dict.fromkeys(name for _, name in self.curves))
         top = {
             name: max(float(y.max()) for key, of in self.curves.items() if key[1] == name for _, y in of)
             for name in names
         }
-        drawn = [
-            name for name in sorted(names, key=lambda name: -top[name]) if top[name] >= self.least * max(top.values())
-        ]
-        drawn = drawn[:MOST]
-        return {key: of for key, of in self.curves.items() if key[1] in drawn}
+        return {key: of for key, of in self.curves.items() if not top[key[1]] < self.least * max(top.values())}
 
     def entries(self, labels: Mapping[str, str]) -> dict[str, tuple[str, Any]]:
         """Return the legend entries with colour and dash: for one group its curves; for several the groups, then their curves."""
         names = list(dict.fromkeys(name for _, name in self.largest()))
         if len(labels) == 1:
             (label,) = labels.values()
-            return {name or label: _style(j, j // len(COLOURS)) for j, name in enumerate(names)}
-        there = {group for group, _ in self.curves}
-        found = {label: _style(k, 0) for k, (group, label) in enumerate(labels.items()) if group in there}
+            return {name or label: (of, dash(0)) for name, of in zip(names, colours(len(names)), strict=True)}
+        there, of_groups = {group for group, _ in self.curves}, zip(labels.items(), colours(len(labels)), strict=True)
+        found = {label: (of, dash(0)) for (group, label), of in of_groups if group in there}
         if len(names) > 1:
-            found |= {name: (INK, DASHES[j % len(DASHES)]) for j, name in enumerate(names)}
+            found |= {name: (INK, dash(j)) for j, name in enumerate(names)}
         return found
-
-
-def _style(colour: int, dash: int) -> tuple[str, Any]:
-    return COLOURS[colour % len(COLOURS)], DASHES[dash % len(DASHES)]
 
 
 def grouped(run_dirs: Sequence[Path], alike: Callable[[Path, Path], bool]) -> dict[str, list[Path]]:
@@ -146,11 +144,11 @@ def grouped(run_dirs: Sequence[Path], alike: Callable[[Path, Path], bool]) -> di
 def panels_of(groups: Mapping[str, Sequence[Path]]) -> list[Panel]:
     """Return the panels for which the runs have tables; raises if a group has none of them."""
     retained = Panel(SINCE_OPENING, "fraction retained [-]")
-    liquid = Panel("time [s]", "share of the liquid put in [-]", least=LEAST_SHARE)
-    touching = Panel("time [s]", "number per sphere [-]")
+    liquid = {x: Panel(x, "share of the liquid put in [-]", least=LEAST_SHARE) for x in (SINCE_OPENING, TIME)}
+    touching = Panel(TIME, "number per sphere [-]")
     partition = Panel("diameter [mm]", "partition: share retained [-]")
     outlets, trays = (Panel("diameter [mm]", f"partition by {by} [-]") for by in ("outlet", "tray"))
-    drawn = (retained, partition, outlets, trays, liquid, touching)
+    drawn = (retained, partition, outlets, trays, *liquid.values(), touching)
     for group, folders in groups.items():
         runs = [RunDir(Path(folder)) for folder in folders]
         for run in runs:
@@ -220,8 +218,8 @@ def _touching(run: RunDir, group: str, panel: Panel) -> None:
         panel.add(group, name, table["time_s"], table[f"{name}_per_sphere"])
 
 
-def _liquid(runs: Sequence[RunDir], group: str, panel: Panel) -> None:
-    """Add the liquid reservoirs of moist runs; one that is empty in some of them is zero there."""
+def _liquid(runs: Sequence[RunDir], group: str, panels_by: Mapping[str, Panel]) -> None:
+    """Add the liquid reservoirs of moist runs, each to the panel of its time; one that is empty in some runs is zero there."""
     scene = runs[0].scene
     if not runs[0].moist:
         return
@@ -232,8 +230,8 @@ def _liquid(runs: Sequence[RunDir], group: str, panel: Panel) -> None:
         reservoirs = list(dict.fromkeys(c for table in tables for c in _reservoirs(table, name.endswith("wall"))))
         time, initial, end = ("time", "initial", "") if name == "history/ledger" else ("time_s", "initial_m3", "_m3")
         for table in tables:
-            if "time_since_opening_s" in table:
-                time, panel.x = "time_since_opening_s", SINCE_OPENING
+            opened = "time_since_opening_s" in table
+            at, panel = table["time_since_opening_s" if opened else time], panels_by[SINCE_OPENING if opened else TIME]
             shares: dict[str, Any] = {}
             for reservoir in reservoirs:
                 word = reservoir.removesuffix(end)
@@ -243,7 +241,7 @@ def _liquid(runs: Sequence[RunDir], group: str, panel: Panel) -> None:
                     curve = JOINED.get(word.partition("_")[0], curve)
                 shares[curve] = shares.get(curve, 0.0) + table[reservoir] / (table[initial].max() or 1.0)
             for curve, share in shares.items():
-                panel.add(group, curve, table[time], share)
+                panel.add(group, curve, at, share)
         if tables:
             return
 
@@ -293,13 +291,14 @@ def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WI
         for one, panel in zip(axes, shown, strict=False):  # the last row may have unused axes
             _draw(one, panel, labels)
         notes = ["bands: 95 % confidence interval of the mean over the seeds"] * any(
-            len(r) > 1 for r in groups.values()
+            len(of) > 1 for panel in shown for of in panel.curves.values()
         )
         notes += ["bars: 95 % intervals of the counts of one run"] * any(panel.bars for panel in shown)
-        hidden = any(len({k[1] for k in p.curves}) > len({k[1] for k in p.largest()}) for p in shown)
-        notes += ["reservoirs with little liquid are left out"] * hidden
+        hidden = any(len(panel.largest()) < len(panel.curves) for panel in shown)
+        notes += [f"reservoirs below {100 * LEAST_SHARE:g} % of the largest are left out"] * hidden
         if notes:
-            figure.supxlabel("; ".join(notes), fontsize=7, color=INK)
+            lines = [line for note in notes for line in textwrap.wrap(note, int(width_mm / LETTER))]
+            figure.supxlabel("\n".join(lines), fontsize=7, color=INK)
         with atomic_write(path) as temporary:
             stamp = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(path.suffix.lower())
             figure.savefig(temporary, format=path.suffix.lower()[1:], metadata=stamp)
@@ -308,11 +307,11 @@ def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WI
 
 
 def _labels(groups: Mapping[str, Sequence[Path]]) -> dict[str, str]:
-    """Return the name of each group in a legend, with its liquid if the groups differ in it."""
-    percent = {group: _percent(RunDir(Path(folders[0]))) for group, folders in groups.items()}
-    if len(set(percent.values())) == 1:
-        return {group: group for group in groups}
-    return {group: f"{group} ({value} liquid)" for group, value in percent.items()}
+    """Return the name of each group in a legend, distinct, with its liquid if the groups differ in it."""
+    percent = [_percent(RunDir(Path(folders[0]))) for folders in groups.values()]
+    liquid = [f" ({value} liquid)" if len(set(percent)) > 1 else "" for value in percent]
+    short = _short(list(groups), LONG - max(map(len, liquid)))
+    return {group: name + of for group, name, of in zip(groups, short, liquid, strict=True)}
 
 
 def _percent(run: RunDir) -> str:
@@ -325,10 +324,26 @@ def _percent(run: RunDir) -> str:
     return f"{100.0 * last['initial'] * liquid.density_kg_per_m3 / mass:.3g} %"
 
 
-def _short(text: str) -> str:
-    """Return a label of at most `LONG` letters, shortened in its middle."""
-    half = (LONG - 1) // 2
-    return text if len(text) <= LONG else f"{text[:half]}…{text[-half:]}"
+def _short(texts: Sequence[str], most: int = LONG) -> list[str]:
+    """Return distinct labels of at most about `most` letters: without what all begin and end with, shortened in the middle.
+
+    >>> _short([f"deck_15_degrees_2_mm_20_Hz_moisture_{k}_percent_run_of_ore" for k in (2, 8)])
+    ['…Hz_moisture_2_percent_run…', '…Hz_moisture_8_percent_run…']
+    """
+    if max(map(len, texts)) <= most:
+        return list(texts)
+    first, last = map(_alike, (texts, [text[::-1] for text in texts]))
+    start, end = max(first - SAME, 0), max(min(last, min(map(len, texts)) - first) - SAME, 0)
+    short = ["…" * (start > 0) + text[start : len(text) - end] + "…" * (end > 0) for text in texts]
+    half = (most - 1) // 2
+    short = [text if len(text) <= most else f"{text[:half]}…{text[-half:]}" for text in short]
+    return short if len(set(short)) == len(short) else [f"{k}: {text}" for k, text in enumerate(short, 1)]
+
+
+def _alike(texts: Sequence[str]) -> int:
+    """Return the number of letters with which all texts begin; 0 for a single one."""
+    same = takewhile(lambda letters: len(set(letters)) == 1, zip(*texts, strict=False))
+    return len(list(same)) if len(texts) > 1 else 0
 
 
 def _inside(entries: Collection[str]) -> bool:
@@ -349,11 +364,12 @@ def _draw(axes: Axes, panel: Panel, labels: Mapping[str, str]) -> None:
     """Draw one panel: a colour for each group, or for each curve if there is one group; otherwise curves differ in dashes."""
     groups, drawn = list(labels), panel.largest()
     names = list(dict.fromkeys(name for _, name in drawn))
+    of = colours(len(groups) if len(groups) > 1 else len(names))
     for (group, name), curves in drawn.items():
         k, j = groups.index(group), names.index(name)
-        colour, dash = _style(k, j) if len(groups) > 1 else _style(j, j // len(COLOURS))
+        colour, line = (of[k], dash(j)) if len(groups) > 1 else (of[j], dash(0))
         x, mean, half = mean_and_band(curves)
-        axes.plot(x, mean, marker="o" if panel.x.startswith("diameter") else "", color=colour, linestyle=dash)
+        axes.plot(x, mean, marker="o" if panel.x.startswith("diameter") else "", color=colour, linestyle=line)
         ends = panel.ends.get((group, name), [])
         if half is not None:
             axes.fill_between(x, mean - half, mean + half, color=colour, alpha=0.2, linewidth=0)
@@ -368,6 +384,6 @@ def _draw(axes: Axes, panel: Panel, labels: Mapping[str, str]) -> None:
     axes.set_ylabel(panel.y)
     axes.locator_params(axis="x", nbins=6)
     entries = panel.entries(labels)
-    handles = [Line2D([], [], color=colour, linestyle=dash) for colour, dash in entries.values()]
+    handles = [Line2D([], [], color=colour, linestyle=line) for colour, line in entries.values()]
     below: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.22), "ncols": _columns(entries)}
-    axes.legend(handles, [_short(entry) for entry in entries], **({} if _inside(entries) else below))
+    axes.legend(handles, _short(list(entries)), **({} if _inside(entries) else below))

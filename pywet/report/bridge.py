@@ -9,7 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from rich.table import Table
 
-from pywet.report.pictures import DPI, GREEN, INK, NAVY, ORANGE, RED, SKY, STYLE, VIOLET, panels, plt
+from pywet.report.pictures import DPI, GREEN, INK, NAVY, ORANGE, RED, SKY, STYLE, VIOLET, colours, dash, panels, plt
 from pywet.util.files import atomic_write
 
 FORMATS = (".svg", ".png")
@@ -57,18 +57,19 @@ def figure(gaps: Sequence[float], answer: Mapping[str, Any], exact: Values, meas
 
     `measured`: separations and answer from an engine, drawn as points.
     """
-    colours = {EXACT: INK, **dict(zip((n for n in answer["force_N"] if n != EXACT), COLOURS * 9, strict=False))}
+    laws = [name for name in answer["force_N"] if name != EXACT]
+    colour_of = {EXACT: INK, **dict(zip(laws, colours(len(laws), COLOURS), strict=True))}
     with plt.rc_context(STYLE):
         drawn, (axis,) = panels(1, 1, (6.4, 4.0))
-        for law in (n for n in answer["force_N"] if n != EXACT):
-            _line(axis, gaps, answer["force_N"][law], color=colours[law], lw=1.3, label=short(law))
+        for law in laws:
+            _line(axis, gaps, answer["force_N"][law], color=colour_of[law], lw=1.3, label=short(law))
         _line(axis, gaps, exact, color=INK, lw=2.0, label="exact (Young-Laplace)")
-        for law, distance in answer["rupture_distance_m"].items():
-            dots: Any = ":" if law == EXACT else (0, (1, 3))
+        for k, (law, distance) in enumerate(answer["rupture_distance_m"].items()):
+            dots = ":" if law == EXACT else dash(5 + k)
             axis.axvline(1e6 * distance, color=INK, lw=0.8, ls=dots, label=f"rupture: {short(law)}")
         at, found = measured or ((), {"force_N": {}})
         for law, values in found["force_N"].items():
-            look: Any = {"ls": "", "marker": "o", "ms": 4, "color": colours[law]}
+            look: Any = {"ls": "", "marker": "o", "ms": 4, "color": colour_of[law]}
             _line(axis, at, values, label=f"{short(law)} in the engine", **look)
         axis.set(xlabel="gap in µm", ylabel="capillary force in mN", ylim=(0, None), xlim=(0, None))
         axis.legend()

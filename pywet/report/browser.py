@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import base64
 import html
+import json
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,10 +23,10 @@ from pywet.laws.contact import film_thickness
 from pywet.report import active_bridges, caption, render, vtk
 from pywet.report.embedded_json import embedded
 from pywet.report.movie import spread
+from pywet.report.pictures import colours
 from pywet.report.sketch import solid
 from pywet.runs.rundir import Floats, RunDir
-from pywet.runs.walls import turned
-from pywet.scene import Rotation
+from pywet.runs.walls import moved
 from pywet.schema import LARGE_WALL, SPHERE
 
 FRAMES = 20
@@ -33,6 +34,8 @@ MOST = 15_000_000
 """Size of a run in the page [bytes]; a larger run is shown at fewer times."""
 STEPS = 65534
 """Number of steps into which a length or a value is divided."""
+CLASSES = ("#e0a83e", "#4a9bd4", "#8b5fa5", "#5d8a3a", "#c0392b", "#27323d")
+"""Colours of size classes, by name in all runs of a page."""
 
 
 def element(runs: Sequence[tuple[str, RunDir]], panels: int = 1, most: int = MOST) -> str:
@@ -43,8 +46,10 @@ def element(runs: Sequence[tuple[str, RunDir]], panels: int = 1, most: int = MOS
         f'<script type="application/json" class="run" data-name="{html.escape(name)}">{packed(run, most)}</script>\n'
         for name, run in runs
     )
+    names = list(dict.fromkeys(c.name for _, run in runs for c in run.scene.classes))
+    classes = html.escape(json.dumps(dict(zip(names, colours(len(names), CLASSES), strict=True))))
     return (
-        f'<style>{style}</style>\n<div class="viewer" data-panels="{panels}">\n{data}</div>\n'
+        f'<style>{style}</style>\n<div class="viewer" data-panels="{panels}" data-classes="{classes}">\n{data}</div>\n'
         f"<script>{three}</script>\n<script>{viewer}</script>\n"
     )
 
@@ -156,21 +161,14 @@ def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
     """Return a wall: its triangles in the common list, its style, and 12 numbers per time for its position (3 rows of 4)."""
     table = run.triangles
     chosen = np.flatnonzero((table["mesh"] == name).to_numpy())
-    motion = run.mesh_motion[run.mesh_motion["mesh"] == name].set_index("step")[["dx", "dy", "dz"]]
-    way = run.scene.motions[name]
-    turns = way if isinstance(way, Rotation) else None
-    moved = []
-    for step in steps:
-        unit = np.vstack([np.zeros(3), np.eye(3)])
-        unit = turned(unit, turns, step * run.scene.time_step_s) if turns else unit
-        shift = motion.loc[step].to_numpy(dtype=float) if step in motion.index else np.zeros(3)
-        moved.append(np.column_stack([(unit[1:] - unit[0]).T, unit[0] + shift]).ravel().round(9).tolist())
+    units = [moved(run, name, step, np.vstack([np.zeros(3), np.eye(3)])) for step in steps]
+    matrices = [np.column_stack([(unit[1:] - unit[0]).T, unit[0]]) for unit in units]
     reservoir = str(table["reservoir"].iloc[chosen[0]])
     return {
         "solid": bool(solid(run)[chosen[0]]),
         "hidden": reservoir in render.HIDDEN,
         "triangles": chosen.tolist(),
-        "moved": moved,
+        "moved": [matrix.ravel().round(9).tolist() for matrix in matrices],
     }
 
 

@@ -15,7 +15,7 @@ from pywet.runs.rundir import Floats, RunDir
 
 INK, PAPER, SOFT, FILM, DRY = "#27323d", "#ffffff", "#aab3bb", "#5b9fd0", "#d9d3c7"
 WALL = "#b9c4cf"
-LENGTHS = (1, 2, 5, 10, 20, 50, 100, 200, 500)
+LENGTHS = tuple(unit * 10.0**power for power in range(-3, 3) for unit in (1, 2, 5))
 """Lengths of scale bars [mm]."""
 
 
@@ -76,7 +76,7 @@ def below(image: Any, legend: list[tuple[str, str]], text: str, pixels_per_mm: f
     pen.line([(left, y), (right, y)], fill=INK, width=max(2, size // 6))
     for end in (left, right):
         pen.line([(end, y - size // 3), (end, y + size // 3)], fill=INK, width=max(2, size // 6))
-    pen.text((left - size // 2, y), f"{length} mm", fill=INK, font=font, anchor="rm")
+    pen.text((left - size // 2, y), f"{length:g} mm", fill=INK, font=font, anchor="rm")
     x, y = float(size), top + line
     for colour, words in legend:
         pen.rectangle([x, y + size // 6, x + size, y + size + size // 6], fill=colour, outline=SOFT)

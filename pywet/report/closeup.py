@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.errors import PywetError, arguments, border
+from pywet.geometry import periodic
 from pywet.laws import exact_bridge
 from pywet.laws.exact_bridge.bridge import Bridge
 from pywet.report import active_bridges, caption, render, vtk
@@ -95,26 +96,43 @@ def draw(run: RunDir, step: int, sphere: int, picture: Path) -> None:
     caption.save(caption.below(np.concatenate([image, true], axis=1), caption.entries(run), text, mm), picture)
 
 
+def around(bridges: pd.DataFrame, sphere: int, centre: Floats) -> tuple[pd.DataFrame, dict[int, Floats]]:
+    """Return a sphere's bridges moved to its centre, and the centres of its partners by their numbers [m].
+
+    Across a periodic boundary a bridge and its partner are at the image that is nearest to the sphere.
+    """
+    pairs = (bridges["partner_kind"] == 0).to_numpy()
+    second = pairs & (bridges["j"] == sphere).to_numpy()  # the sphere is at the bridge's end j
+    columns = [[f"{end}_{axis}" for axis in "xyz"] for end in ("xi", "xj")]
+    first, last = (bridges[names].to_numpy(dtype=float) for names in columns)
+    shift = centre - np.where(second[:, None], last, first)
+    moved = bridges.copy()
+    moved[[*columns[0], *columns[1]]] = np.hstack([first + shift, last + shift])
+    numbers = np.where(second, bridges["i"], bridges["j"])[pairs].tolist()
+    return moved, dict(zip(numbers, (np.where(second[:, None], first, last) + shift)[pairs], strict=True))
+
+
 def scene(run: RunDir, step: int, sphere: int, bridges: pd.DataFrame, shapes: list[Bridge | None]) -> tuple[Any, float]:
     """Return the pixels and their number per millimetre at the sphere; a bridge without a shape is a cuboid."""
     import pyvista as pv
 
     plotter = render.plotter(SIZE)
-    pairs = bridges[bridges["partner_kind"] == 0]
-    partners = (set(pairs["i"]) | set(pairs["j"])) - {sphere}
     mesh, limit = vtk.particles(run, step), colour_limit(run, step)
     rows = {int(n): k for k, n in enumerate(mesh.point_data["id"])}
-    for number in (sphere, *sorted(partners)):
-        place, radius = mesh.points[rows[number]], mesh.point_data["radius"][rows[number]]
+    centre = mesh.points[rows[sphere]]
+    bridges, partners = around(bridges, sphere, centre)
+    for number, place in ((sphere, centre), *sorted(partners.items())):
+        radius = mesh.point_data["radius"][rows[number]]
         colour = blues()(mesh.point_data["film_thickness"][rows[number]] / limit)[:3]
         ball = pv.Sphere(radius=radius, center=place, theta_resolution=60, phi_resolution=60)
         plotter.add_mesh(
             ball, color=colour, opacity=1.0 if number == sphere else 0.45, smooth_shading=True, specular=0.3
         )
-    centre, radius = mesh.points[rows[sphere]], mesh.point_data["radius"][rows[sphere]]
+    radius = mesh.point_data["radius"][rows[sphere]]
     width = 2.4 * (radius + max((mesh.point_data["radius"][rows[n]] for n in partners), default=radius))
-    corners = wall_corners(run, step)
-    near = (np.linalg.norm(corners.mean(axis=1) - centre, axis=1) < width) & solid(run)
+    plates = wall_corners(run, step)[solid(run)].reshape(-1, 3)
+    corners = periodic.copies(plates, run.scene.periods_m).reshape(-1, 3, 3)
+    near = np.linalg.norm(corners.mean(axis=1) - centre, axis=1) < width
     if near.any():
         plotter.add_mesh(vtk.grid("TRIANGLE", 3, corners[near].reshape(-1, 3)), color=METAL)
     boxes = active_bridges.corners(run, bridges)

@@ -15,6 +15,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from pywet.errors import FileError, PywetError, arguments, border, shown
 from pywet.report import caption, render
+from pywet.report.pictures import colours
 from pywet.report.sketch import colour_limit
 from pywet.runs.rundir import Floats, RunDir
 from pywet.util.files import atomic_write
@@ -76,7 +77,8 @@ def chart(times: Floats, curves: Sequence[caption.Curve], row: int) -> Any:
         pen.text(place, f"{value:g}", fill=caption.INK, font=font, anchor="rm")
     pen.text((left, bottom + 8), "0", fill=caption.INK, font=font)
     pen.text((right, bottom + 8), f"{times[-1]:.3g} s", fill=caption.INK, font=font, anchor="ra")
-    drawn = [(bottom - (bottom - top) * curve.values, LINES[k % len(LINES)]) for k, curve in enumerate(curves)]
+    drawn = [(bottom - (bottom - top) * curve.values, colour)
+             for curve, colour in zip(curves, colours(len(curves), LINES), strict=True)]  # fmt: skip
     points = [list(zip(x.tolist(), y.tolist(), strict=True)) for y, _ in drawn]
     for of_curve in points:
         pen.line(of_curve, fill="#dfe4e9", width=2)

@@ -2,7 +2,7 @@
 
 Each file contains all outputs. In OVITO load spheres.dump and add the modification "Load trajectory" with
 bridges.dump, whose columns become bonds. Only bridges between spheres are included, because a bond of OVITO has a
-particle at both ends. Lengths in m, speeds in m/s, volumes in m³, forces in N, ages in s.
+particle at both ends. Lengths in m, speeds in m/s, volumes in m³, forces in N, ages in s; nan: not known.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def write(run_dir: Path) -> list[Path]:
                 table = maker(run, step)
                 file.write(f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {rows}\n{len(table)}\n{box}")
                 file.write(f"ITEM: {rows} {' '.join(table.columns)}\n")
-                table.to_csv(file, sep=" ", header=False, index=False, float_format="%.12g")
+                table.to_csv(file, sep=" ", header=False, index=False, float_format="%.12g", na_rep="nan")
     return list(made)
 
 

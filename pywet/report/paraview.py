@@ -9,13 +9,13 @@ from __future__ import annotations
 import csv
 import pprint
 from collections.abc import Callable
-from itertools import cycle
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pywet.report import render, vtk
+from pywet.report.pictures import colours
 from pywet.report.plots import CONFIGURATION, PLACES
 from pywet.report.sketch import METALS, colour_limit
 from pywet.runs.rundir import RunDir
@@ -79,7 +79,8 @@ def charts(run: RunDir) -> list[dict[str, Any]]:
             with path.open() as file:
                 columns = [column for column in next(csv.reader(file)) if chosen(column)]
             names = [column.removesuffix("_m3") for column in columns]
-            looks = [PLACES.get(n, (n.replace("_", " "), c)) for n, c in zip(names, cycle(CONFIGURATION), strict=False)]
+            of = colours(len(names), CONFIGURATION)
+            looks = [PLACES.get(n, (n.replace("_", " "), c)) for n, c in zip(names, of, strict=True)]
             made.append({"title": title, "file": f"../results/{path.name}", "time": "time_s", "legend": legend,
                          "curves": dict(zip(columns, looks, strict=True))})  # fmt: skip
     return made

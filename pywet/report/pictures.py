@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib
@@ -12,6 +13,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from cycler import cycler
 from matplotlib.axes import Axes
+from matplotlib.colors import hsv_to_rgb, to_hex
 from matplotlib.figure import Figure
 
 __all__ = ["plt"]
@@ -44,6 +46,26 @@ STYLE: Any = {
     "ytick.color": INK,
     "svg.hashsalt": "pywet",
 }
+
+
+def colours(count: int, first: Sequence[str] = COLOURS) -> list[str]:
+    """Return distinct colours: those of `first` if they are enough, otherwise from all hues, dark and bright in turn.
+
+    >>> colours(2), len(set(colours(40)))
+    (['#0b3c78', '#d98032'], 40)
+    """
+    if count <= len(first):
+        return list(first[:count])
+    return [str(to_hex(hsv_to_rgb((k / count, 0.85, (0.45, 0.8)[k % 2])))) for k in range(count)]
+
+
+def dash(k: int) -> Any:
+    """Return one of arbitrarily many distinct dashes: those of `DASHES`, then one with more dots each time.
+
+    >>> dash(0), dash(6)
+    ('-', (0, (5, 1, 1, 1, 1, 1, 1, 1)))
+    """
+    return DASHES[k] if k < len(DASHES) else (0, (5, 1) + (1, 1) * (k - 3))
 
 
 def panels(count: int, columns: int, size: tuple[float, float], **how: Any) -> tuple[Figure, list[Axes]]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from matplotlib.figure import Figure
 
 from pywet.report.collect import CaseResult, by_liquid, grouped, named
 from pywet.report.embedded_json import embedded
-from pywet.report.pictures import GREEN, NAVY, ORANGE, SKY, STYLE, VIOLET, inline, panels, plt, svg
+from pywet.report.pictures import GREEN, NAVY, ORANGE, SKY, STYLE, VIOLET, colours, inline, panels, plt, svg
 
 MOISTURE = ("#9a8f80", SKY, NAVY, "#6a51a3")
 """Colours of dry, first, second, … liquid amount."""
@@ -301,7 +300,7 @@ def _curve(axes: Axes, result: CaseResult, column: str, **look: Any) -> None:
 
 
 def _draw_dry(axes: Axes, group: Sequence[CaseResult]) -> None:
-    for colour, result in zip(cycle(CONFIGURATION), group, strict=False):
+    for colour, result in zip(colours(len(group), CONFIGURATION), group, strict=True):
         case = result.case
         name = f"a = {case.aperture_mm:g} mm, A = {case.set_amplitude_mm:g} mm"
         _curve(axes, result, "fraction_retained", color=colour, label=name)
@@ -352,7 +351,5 @@ def _moisture(result: CaseResult) -> str:
 def _moisture_colours(group: Sequence[CaseResult]) -> list[str]:
     """Return a colour by rank of the liquid amount; the first colour is reserved for dry."""
     amounts = sorted({r.case.liquid_percent for r in group if r.moist})
-    return [
-        MOISTURE[min(amounts.index(r.case.liquid_percent) + 1, len(MOISTURE) - 1)] if r.moist else MOISTURE[0]
-        for r in group
-    ]
+    of = dict(zip(amounts, colours(len(amounts), MOISTURE[1:]), strict=True))
+    return [of[r.case.liquid_percent] if r.moist else MOISTURE[0] for r in group]

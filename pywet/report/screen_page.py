@@ -20,7 +20,7 @@ from pywet.products.partition import LEFT_NONE, WITHIN
 from pywet.products.screening_report import cut_position
 from pywet.products.streams import PRODUCTS, asked_from, decks
 from pywet.report import page
-from pywet.report.pictures import COLOURS, INK, STYLE, legend, panels, plt
+from pywet.report.pictures import COLOURS, INK, STYLE, colours, legend, panels, plt
 from pywet.runs.rundir import RunDir
 from pywet.runs.spread import plus_minus, with_interval
 
@@ -297,11 +297,11 @@ def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
         [low[:, :2], np.c_[high[:, 0], low[:, 1]], high[:, :2], np.c_[low[:, 0], high[:, 1]]], axis=1
     )
     axes.add_collection(PolyCollection(list(frames), facecolors="none", edgecolors="#b9c2ca", linewidths=0.5))
-    for n, c in enumerate(run.scene.classes):
+    for c, colour in zip(run.scene.classes, colours(len(run.scene.classes)), strict=True):
         rows = at[at["type"] == c.type]
         if len(rows):
             axes.plot(
-                1e3 * rows["x"], 1e3 * rows["y"], "o", ms=4, mew=0, alpha=0.6, color=COLOURS[n % len(COLOURS)],
+                1e3 * rows["x"], 1e3 * rows["y"], "o", ms=4, mew=0, alpha=0.6, color=colour,
                 label=c.name, rasterized=True,
             )  # fmt: skip
     axes.autoscale_view()

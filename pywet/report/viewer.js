@@ -3,7 +3,6 @@
 (() => {
   const FILM = ["#f3f7fb", "#b5d3ea", "#5b9fd0", "#1d66ac", "#08306b"];
   const SPEED = ["#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"];
-  const CLASS = ["#e0a83e", "#4a9bd4", "#8b5fa5", "#5d8a3a", "#c0392b", "#27323d"];
   const LINES = ["#0b3c78", "#d98032"];
   const BRIDGE = "#e4572e", METAL = "#9aa3ab", WALL = "#b9c4cf";
   // Spheres, bridges and wires are drawn after the translucent walls, which else would wash out the colours of what is behind them.
@@ -153,11 +152,11 @@
       this.bridges.instanceMatrix.needsUpdate = true;
     }
 
-    colour(by, most) {
+    colour(by, most, classes) {
       const { run, frame } = this, count = run.id.length;
       for (let k = 0; k < count; k++) {
         const share = by === "class" ? 0 : (run[by][frame * count + k] / 65535) * (run[`${by}_most`] / (most || 1));
-        const colour = by === "class" ? new THREE.Color(CLASS[run.class[k] % CLASS.length]) : between(SCALES[by].colours, share);
+        const colour = by === "class" ? new THREE.Color(classes[run.classes[run.class[k]]]) : between(SCALES[by].colours, share);
         this.spheres.setColorAt(k, colour);
       }
       this.spheres.instanceColor.needsUpdate = true;
@@ -260,7 +259,7 @@
       if (!waiting) requestAnimationFrame(() => ((waiting = false), panels.forEach((panel) => panel.draw())));
       waiting = true;
     };
-    const panels = [];
+    const panels = [], classes = JSON.parse(root.dataset.classes);
     const legend = (by, most) => {
       const place = find("legend"), line = (look, name, said) => {
         const entry = made("span", place);
@@ -269,7 +268,7 @@
         return entry;
       };
       place.textContent = "";
-      if (by === "class") panels[0].run.classes.forEach((name, k) => line(CLASS[k % CLASS.length], "", name.replaceAll("_", " ")));
+      if (by === "class") new Set(panels.flatMap(({ run }) => run.classes)).forEach((name) => line(classes[name], "", name.replaceAll("_", " ")));
       else {
         const { colours, factor, unit } = SCALES[by];
         line(`linear-gradient(90deg, ${colours})`, "bar", `${(factor * most).toPrecision(3)} ${unit}`).prepend("0");
@@ -283,7 +282,7 @@
       find("clock").textContent = `t = ${time.toFixed(3)} s`;
       for (const panel of panels) {
         panel.at(time);
-        panel.colour(by, most);
+        panel.colour(by, most, classes);
         panel.bridges.visible = find("bridges").checked;
         panel.walls.visible = find("walls").checked;
         panel.tip.hidden = true;

@@ -11,27 +11,24 @@ from pywet.scene import SCRIPTED, Rotation
 def wall_corners(run: RunDir, step: int) -> Floats:
     """Return the corners of all triangles at one output step [m], shape (triangles, 3, 3)."""
     corners = run.corners_at_rest.copy()
+    for name in dict.fromkeys(run.meshes):
+        of_wall = run.meshes == name
+        corners[of_wall] = moved(run, name, step, corners[of_wall])
+    return corners
+
+
+def moved(run: RunDir, mesh: str, step: int, points: Floats) -> Floats:
+    """Return points (…, 3) of a mesh at the start where they are at one output step [m]; in a script's run by its pose."""
     if run.scene.name == SCRIPTED:
-        return _by_poses(run, step, corners)
+        poses = rows_at(run.poses, step)
+        for _, pose in poses[poses["mesh"] == [wall.name for wall in run.scene.walls].index(mesh)].iterrows():
+            shift, *turn = ([pose[f"{of}_{axis}"] for axis in "xyz"] for of in ("shift", "turn_0", "turn_1", "turn_2"))
+            points = points @ np.array(turn).T + np.array(shift)
+        return points
+    if isinstance(way := run.scene.motions[mesh], Rotation):
+        points = turned(points, way, step * run.scene.time_step_s)
     motion = rows_at(run.mesh_motion, step)
-    shift = np.zeros((len(corners), 3))
-    for name, *by in motion[["mesh", "dx", "dy", "dz"]].itertuples(index=False):
-        shift[run.meshes == name] = by
-    for name, way in run.scene.motions.items():
-        if isinstance(way, Rotation):
-            of_wall = run.meshes == name
-            corners[of_wall] = turned(corners[of_wall], way, step * run.scene.time_step_s)
-    return np.asarray(corners + shift[:, None, :])
-
-
-def _by_poses(run: RunDir, step: int, corners: Floats) -> Floats:
-    """Return the corners of the meshes of a script's run at the positions in the engine."""
-    at = corners.copy()
-    for _, pose in run.poses[run.poses["step"] == step].iterrows():
-        rows = run.meshes == run.scene.walls[int(pose["mesh"])].name
-        shift, *turn = ([pose[f"{of}_{axis}"] for axis in "xyz"] for of in ("shift", "turn_0", "turn_1", "turn_2"))
-        at[rows] = corners[rows] @ np.array(turn).T + np.array(shift)
-    return np.asarray(at)
+    return np.asarray(points + motion.loc[motion["mesh"] == mesh, ["dx", "dy", "dz"]].to_numpy(dtype=float).sum(axis=0))
 
 
 def turned(points: Floats, how: Rotation, time: float) -> Floats:

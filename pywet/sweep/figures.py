@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, NullFormatter
 
 from pywet.errors import PywetError
-from pywet.report.pictures import COLOURS, INK, STYLE, panels, plt
+from pywet.report.pictures import INK, STYLE, colours, panels, plt
 from pywet.runs.spread import half_width
 from pywet.sweep import surface
 from pywet.sweep.description import Sweep
@@ -76,8 +76,8 @@ def curve(axes: Axes, sweep: Sweep, rows: pd.DataFrame, x: str, y: str, hue: str
             code="sweep.many_lines", key=str(hue), given=len(groups), expected=MOST_LINES,
         )  # fmt: skip
     text = not pd.api.types.is_numeric_dtype(rows[x]) or pd.api.types.is_bool_dtype(rows[x])
-    for k, (value, part) in enumerate(groups):
-        colour, name = COLOURS[k % len(COLOURS)], "" if value is None else f"{hue} {value}"
+    for (value, part), colour in zip(groups, colours(len(groups)), strict=True):
+        name = "" if value is None else f"{hue} {value}"
         spread = part.groupby(x)[y].apply(list) if x in sweep.axes else None
         if spread is None or (len(spread) > GRID and not text):
             axes.plot(part[x], part[y], ".", color=colour, label=name or "_runs")

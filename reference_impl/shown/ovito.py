@@ -83,6 +83,8 @@ def _columns(logs: Logs, kind: str, step: int, table: pd.DataFrame) -> Columns |
     if not np.array_equal(table[["id1", "id2"]], here.loc[pairs, ["i", "j"]]):
         return None
     known = {name: values[f"vtk_bridge_{name}"][pairs] for name in BONDS if f"vtk_bridge_{name}" in values}
+    if "age" in table:
+        table["age"] = table["age"].fillna(vtk.UNKNOWN)
     return {name: (_column(table, name), column.astype(float)) for name, column in known.items()}
 
 

@@ -31,6 +31,8 @@ LOOKED = 3
 """Number of disagreeing output steps in which the fault is sought."""
 EXACT_PULLS = 8
 """Number of bridges of the last output for which the exact force is solved, a tenth of a second each."""
+UNKNOWN = -1.0
+"""Age in the place of NaN, that of a bridge whose formation is not logged [s]."""
 Outputs = Callable[[str], Sequence[tuple[float, Path | vtu.Shown]]]
 """Kind of file -> time [s] of each output, and its file or content."""
 
@@ -169,12 +171,14 @@ def _bridges(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> It
     rows = _rows(step, i=here["i"], j=here["j"])
     ends = [vectors(here, end) + logs.origin for end in ("xi", "xj")]
     every = dict(shown.of_cells)
+    if "age" in every:
+        every["age"] = np.nan_to_num(every["age"], nan=UNKNOWN)
     if len(shown.cells):
         every |= {"first_end": shown.points[shown.cells[:, 0]], "second_end": shown.points[shown.cells[:, -1]]}
     fields = [("first_end", "end of a bridge at i", ends[0]), ("second_end", "end of a bridge at j", ends[1]),
               ("volume", "volume of a bridge", here["volume"]),
               ("separation", "gap of a bridge", here["separation"]),
-              ("age", "age of a bridge", logs.ages(here, step))]  # fmt: skip
+              ("age", "age of a bridge", np.nan_to_num(logs.ages(here, step), nan=UNKNOWN))]  # fmt: skip
     pulls, what = logs.pulls(here), "capillary force of a bridge"
     if pulls is not None:
         fields.append(("capillary_force", what, pulls))

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pywet.report.pictures import GREEN, INK, NAVY, ORANGE, RED, SKY, VIOLET, panels
+from pywet.report.pictures import GREEN, INK, NAVY, ORANGE, RED, SKY, VIOLET, colours, panels
 from studies.buck2018 import accuracy_cost
 from studies.buck2018.curves import WORKS
 
@@ -31,8 +31,9 @@ VELOCITY, ANGLE = "impact velocity in m/s", "angle from the normal in °"
 
 def lines(table: pd.DataFrame) -> Iterator[tuple[str, str, pd.DataFrame]]:
     """Yield colour, name and points of each line of a table."""
-    for n, (line, points) in enumerate(table.groupby("line", sort=False)):
-        yield COLOURS[n % len(COLOURS)], str(line), points
+    found = table.groupby("line", sort=False)
+    for (line, points), colour in zip(found, colours(found.ngroups, COLOURS), strict=True):
+        yield colour, str(line), points
 
 
 def plot(place: Axes, table: pd.DataFrame, column: str, **axes: Any) -> None:

@@ -15,7 +15,7 @@ from pywet.config import Config
 from pywet.errors import border
 from pywet.report import plots
 from pywet.report.collect import CaseResult
-from pywet.report.pictures import STYLE, plt, svg
+from pywet.report.pictures import STYLE, colours, plt, svg
 from pywet.util.files import atomic_write
 from studies.full_scale import headline, reasons, retirement, run_table, spread, stored_runs, stroke, trials
 from studies.full_scale.campaign import SETTINGS
@@ -320,11 +320,11 @@ def fig14(pair: Sequence[StoredRun]) -> str:
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(7.0, 3.2), layout="constrained")
         places, wide = np.arange(len(trials.FIG14)), 0.8 / len(pair)
-        for k, run in enumerate(pair):
+        for k, (run, colour) in enumerate(zip(pair, colours(len(pair), plots.CONFIGURATION), strict=True)):
             heights = [100 * of(run) for of in DIVISIONS.values()]
             effect = str(run.about.get("variant", "")).replace("_", " ")
             axes.bar(places + k * wide, heights, 0.95 * wide, label=f"case {run.case}{effect and ', ' + effect}",
-                     color=plots.CONFIGURATION[k % len(plots.CONFIGURATION)])  # fmt: skip
+                     color=colour)  # fmt: skip
         axes.set_xticks(places + 0.5 * wide * (len(pair) - 1), list(trials.FIG14))
         axes.set_ylabel("share of the liquid in %")
         axes.legend()

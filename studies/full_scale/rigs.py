@@ -18,7 +18,7 @@ import typer
 from pywet import config as settings
 from pywet.cost.command import calibrated
 from pywet.errors import PywetError, border
-from pywet.report.pictures import COLOURS, STYLE, plt
+from pywet.report.pictures import STYLE, colours, plt
 from pywet.runs.summary import commit
 from pywet.util.files import atomic_write
 from studies.full_scale import rig_sentences, run_table, stored_runs
@@ -278,11 +278,11 @@ def draw(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]], path: Path) -> N
     with plt.rc_context(STYLE):
         figure, panels = plt.subplots(1, 2, figsize=(7.2, 2.8), sharey=True, constrained_layout=True)
         for axes, (case, amplitude_mm) in zip(panels, ((1, 1), (4, 0.8)), strict=True):
-            for k, (rig, runs) in enumerate(found.items()):
+            for (rig, runs), colour in zip(found.items(), colours(len(found)), strict=True):
                 if case in runs:
                     run = runs[case][0]
                     label = f"{rig.removeprefix('sieve')} mm"
-                    axes.plot(run.times, 100.0 * run.undersize, color=COLOURS[k % len(COLOURS)], label=label)
+                    axes.plot(run.times, 100.0 * run.undersize, color=colour, label=label)
             axes.set(
                 title=f"case {case}, amplitude {amplitude_mm:g} mm", xlabel="time after the opening [s]", xlim=(0, 20)
             )

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from pywet.laws import exact_bridge as young_laplace
 from pywet.laws import registry
 from pywet.report.bridge import short
-from pywet.report.pictures import GREEN, NAVY, ORANGE, RED, SKY, VIOLET, panels
+from pywet.report.pictures import GREEN, NAVY, ORANGE, RED, SKY, VIOLET, colours, panels
 from pywet.schema import LARGE_WALL, SPHERE
 from studies.law_comparison.errors import RUPTURE
 
@@ -64,9 +64,8 @@ def _curves(
     gaps = limit * (1.0 - (1.0 - np.linspace(0.0, 1.0, 60)) ** 2) * (1.0 - 1e-9)
     solved = [young_laplace.solve(s, volume, *pair) for s in gaps]
     looks: dict[str, Any] = {law: {"color": colour} for law, colour in COLOURS.items()}
-    looks |= {
-        law: {"color": CUSTOM_COLOURS[k % len(CUSTOM_COLOURS)], "ls": (0, (4, 2))} for k, law in enumerate(custom)
-    }
+    of_custom = zip(custom, colours(len(custom), CUSTOM_COLOURS), strict=True)
+    looks |= {law: {"color": colour, "ls": (0, (4, 2))} for law, colour in of_custom}
     for law, look in looks.items():
         values = registry.get("capillary", law).functions[0](gaps, volume, *pair, sigma)
         axis.plot(gaps, values, lw=1.1, label=short(law), **look)
@@ -77,6 +76,7 @@ def _curves(
 def rupture_curves(limits: pd.DataFrame, custom: Sequence[str] = ()) -> Figure:
     """Draw rupture laws over the exact rupture distance, by volume, one panel per radius ratio."""
     laws = [name for name in registry.BUILT_IN["rupture"] if name not in ("young_laplace", "buck", "davis")] + [*custom]
+    of_laws = colours(len(laws), ("#0b3c78", "#4a9bd4", "#5d8a3a", "#d98032", *CUSTOM_COLOURS))
     ratios = limits["ratio"].unique().tolist()
     figure, axes = panels(len(ratios), 4, (3.0, 2.7))
     for axis, q in zip(axes, ratios, strict=False):
@@ -85,7 +85,7 @@ def rupture_curves(limits: pd.DataFrame, custom: Sequence[str] = ()) -> Figure:
                 (limits["ratio"] == q) & (limits["angle_i_deg"] == degrees) & (limits["angle_j_deg"] == degrees)
             ]
             given = [part[n].to_numpy(float) for n in RUPTURE]
-            for law, colour in zip(laws, ("#0b3c78", "#4a9bd4", "#5d8a3a", "#d98032", *CUSTOM_COLOURS), strict=False):
+            for law, colour in zip(laws, of_laws, strict=True):
                 values = registry.get("rupture", law).functions[0](*given) / part["rupture"].to_numpy()
                 axis.plot(
                     part["v_star"], values, style, color=colour, lw=1.1, label=short(law) if style == "-" else None

@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -23,7 +24,7 @@ from pywet.cli.app import app
 from pywet.compare.grouping import same_scene
 from pywet.products import streams
 from pywet.products.partition import wilson
-from pywet.report import bands, pictures
+from pywet.report import bands, pictures, plots
 from pywet.runs import record
 from pywet.runs.rundir import RunDir
 from pywet.util.files import read_table, write_table
@@ -140,8 +141,8 @@ def test_reservoirs_are_summed_in_all_seeds_or_in_none(tmp_path: Path) -> None:
         f"{word}_m3": 0.0 for word in (*(f"spheres_{k}_mm" for k in range(2, 5)), *(f"wall_{k}" for k in range(4)))
     }
     write_table(read_table(path).assign(**empty), path)
-    panel = bands.Panel("time [s]", "share")
-    bands._liquid([as_moist(run) for run in runs], "deck", panel)
+    panel = bands.Panel(bands.TIME, "share")
+    bands._liquid([as_moist(run) for run in runs], "deck", {bands.TIME: panel})
     ends = {name: [y[-1] for _, y in of] for (_, name), of in panel.curves.items()}
     assert ends == {"on spheres": [0.4, 0.1], "on walls": [0.4, 0.0], "overs": [0.1, 0.1], "unders": [0.1, 0.1]}
 
@@ -186,6 +187,105 @@ def test_curves_differ_and_their_legend_is_below(count: int, name: str) -> None:
     pictures.plt.close(figure)
 
 
+def lines_of(count: int, groups: int) -> list[tuple[Any, Any]]:
+    """Colour and dash of each line of a panel of made-up groups with `count` curves in all, and of its legend's entries."""
+    panel, labels = bands.Panel("t", "y"), {f"case{k}": f"case{k}" for k in range(groups)}
+    for k in range(count):
+        panel.add(f"case{k % groups}", f"tray {k // groups}", np.array([0.0, 1.0]), [1.0, 0.1 * k])
+    figure, (axes,) = pictures.panels(1, 1, (4.2, 3.3))
+    bands._draw(axes, panel, labels)
+    pictures.plt.close(figure)
+    entries = panel.entries(labels)
+    assert len(set(entries.values())) == len(entries)
+    return [(line.get_color(), line._dash_pattern) for line in axes.lines]  # type: ignore[attr-defined]
+
+
+def amounts(count: int) -> list[str]:
+    """Colours of a dry case and of moist ones that differ in their amount of liquid."""
+    cases: list[Any] = [
+        SimpleNamespace(moist=k > 0, case=SimpleNamespace(liquid_percent=0.5 * k)) for k in range(count)
+    ]
+    return plots._moisture_colours(cases)
+
+
+@pytest.mark.parametrize("count", [5, 8, 18, 40])
+@pytest.mark.parametrize(
+    "looks",
+    [amounts, pictures.colours, lambda n: lines_of(n, 1), lambda n: lines_of(n, n), lambda n: lines_of(n, 2)],
+    ids=["amounts", "colours", "curves", "groups", "curves of two groups"],
+)
+def test_looks_are_distinct_however_many(looks: Callable[[int], list[Any]], count: int) -> None:
+    found = looks(count)
+    assert len(found) == count and len(set(map(str, found))) == count
+
+
+def test_every_tray_is_drawn_and_only_liquid_is_left_out() -> None:
+    """Eight trays have eight curves; of liquid all reservoirs above a hundredth of the largest, seven of these eight."""
+    for least, drawn in ((0.0, 8), (bands.LEAST_SHARE, 7)):
+        panel = bands.Panel("x", "y", least=least)
+        for k in range(8):
+            panel.add("stack", f"{k}", [0.0, 1.0], [0.0, 0.5 if k else 0.004])
+        assert len(panel.largest()) == drawn
+
+
+@pytest.mark.parametrize("width", [50, 84, 150])
+def test_notes_are_within_the_figure(
+    seeds: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, width: float
+) -> None:
+    """All three of them, on lines of their own that may be broken; none speaks of what is not there."""
+    found = bands.panels_of(bands.grouped(seeds, same_scene))
+    found[1].ends["case02", ""] = found[1].ends["case02", ""][:1]
+    found[2].add("case02", "feed bin", [0.0, 1.0], [0.0, 1e-6])
+    monkeypatch.setattr(bands, "panels_of", lambda groups: found)
+    monkeypatch.setattr(bands.plt, "close", lambda figure: None)
+    bands.write(tmp_path / "f.png", bands.grouped(seeds, same_scene), width)
+    figure = bands.plt.gcf()
+    (note,) = figure.texts
+    assert " ".join(note.get_text().split()) == (
+        "bands: 95 % confidence interval of the mean over the seeds bars: 95 % intervals of the counts of one run "
+        "reservoirs below 1 % of the largest are left out"
+    )
+    figure.canvas.draw()
+    box = note.get_window_extent()
+    assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1 and figure.bbox.y0 <= box.y0
+
+
+def test_long_names_remain_distinct(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Names that differ in the middle, at the end, or where they are cut off; the liquid is not cut off."""
+    long = [
+        "deck_15deg_2mm_20Hz_moisture_2_percent_ore_seed_run",
+        "deck_15deg_2mm_20Hz_moisture_8_percent_ore_seed_run",
+    ]
+    same = [f"{k}{'a' * 30}{n}{'a' * 30}{k}" for k in (1, 2) for n in (1, 2)]
+    for names in (long, same, ["a" * 50, "a" * 60], [*long, "b"], long[:1]):
+        short = bands._short(names)
+        assert len(set(short)) == len(names) and max(map(len, short)) <= bands.LONG + 3
+    assert "moisture_2_" in bands._short(long)[0] and "moisture_8_" in bands._short(long)[1]
+    monkeypatch.setattr(bands, "_percent", lambda run: f"{len(str(run.path))} %")
+    labels = bands._labels({long[0]: [Path("a")], long[1]: [Path("bb")]}).values()
+    assert [label[-13:] for label in labels] == [" (1 % liquid)", " (2 % liquid)"] and max(
+        map(len, labels)
+    ) <= bands.LONG
+
+
+def test_liquid_over_two_times_has_two_panels() -> None:
+    """A case's reservoirs are over the time since the slide opened, a scene's ledger over that since the start."""
+    tables = {
+        "results/liquid_by_holder": pd.DataFrame(
+            {"time_s": [0.0, 1.0], "time_since_opening_s": [-0.4, 0.6], "initial_m3": 1.0, "wires_m3": [0.0, 0.5]}
+        ),
+        "history/ledger": pd.DataFrame({"time": [0.0, 1.0], "initial": 1.0, "films": [1.0, 0.5]}),
+    }
+    panels = {x: bands.Panel(x, "share") for x in (bands.SINCE_OPENING, bands.TIME)}
+    scene = SimpleNamespace(classes=[SimpleNamespace(name="a")], outlets=[])
+    for name in tables:
+        run: Any = SimpleNamespace(moist=True, scene=scene, table_if_there={name: tables[name]}.get)
+        bands._liquid([run], name, panels)
+    assert [[x.tolist() for ((x, _),) in panel.curves.values()] for panel in panels.values()] == [
+        [[-0.4, 0.6]], [[0.0, 1.0]],
+    ]  # fmt: skip
+
+
 def as_moist(run: RunDir) -> Any:
     """A made-up run, which has tables of liquid without bridges, as one with bridges."""
     return SimpleNamespace(moist=True, scene=run.scene, table_if_there=run.table_if_there)
@@ -195,8 +295,8 @@ def drawn(monkeypatch: pytest.MonkeyPatch, path: Path, groups: dict[str, list[Pa
     """The figure that was written; the made-up runs have tables of liquid without bridges."""
     liquid = bands._liquid
 
-    def moist(runs: list[RunDir], group: str, panel: bands.Panel) -> None:
-        liquid([as_moist(run) for run in runs], group, panel)
+    def moist(runs: list[RunDir], group: str, panels: dict[str, bands.Panel]) -> None:
+        liquid([as_moist(run) for run in runs], group, panels)
 
     monkeypatch.setattr(bands, "_liquid", moist)
     figures: list[Figure] = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import html
 import io
 import json
 import re
@@ -22,7 +23,10 @@ from pywet.report import browser, page, pictures, report
 from pywet.report.collect import CaseResult
 from pywet.report.report_numbers import collected
 from pywet.runs.rundir import RunDir
+from pywet.runs.walls import wall_corners
+from pywet.scene import SCRIPTED
 from pywet.util.files import read_table
+from tests.cases.screening import synthetic
 
 ROOT = Path(__file__).parents[2]
 
@@ -67,6 +71,55 @@ def test_walls_are_where_their_motion_says(run: Path) -> None:
     wires, _, collecting_bin = [np.array(mesh["moved"]).reshape(3, 3, 4) for mesh in head["meshes"]]
     assert (wires[..., :3] == np.eye(3)).all() and (collecting_bin[..., 3] == 0).all()
     assert wires[:, :, 3] == pytest.approx(np.outer([0, 1e-3, 2e-3], [0, 0, 1]))
+
+
+def test_meshes_of_a_script_are_where_the_engine_turned_them(run: Path) -> None:
+    """The side wall turns by 45° from output to output about a vertical axis through x = 10 mm, the wires rise by 1 mm."""
+    scene = json.loads((run / "scene.json").read_text())
+    walls = [{**wall, "motion": "fixed"} for wall in scene["walls"]]
+    (run / "scene.json").write_text(json.dumps({**scene, "name": SCRIPTED, "slide": None, "walls": walls}))
+    spheres = pd.read_parquet(run / "history" / "spheres.parquet")
+    spheres.assign(enters=0).to_parquet(run / "history" / "spheres.parquet")
+    axis, rows = np.array([0.01, 0.0, 0.0]), []
+    for k, step in enumerate(synthetic.STEPS):
+        cosine, sine = np.cos(np.pi / 4 * k), np.sin(np.pi / 4 * k)
+        turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        for mesh, (r, shift) in enumerate(
+            [(np.eye(3), [0, 0, 1e-3 * k]), (turn, axis - turn @ axis), (np.eye(3), np.zeros(3))]
+        ):
+            rows.append([step, mesh, *shift, *r.ravel()])
+    names = [f"{of}_{a}" for of in ("shift", "turn_0", "turn_1", "turn_2") for a in "xyz"]
+    poses = pd.DataFrame(rows, columns=["step", "mesh", *names])
+    poses.assign(**{f"{of}_{a}": 0.0 for of in ("velocity", "spin") for a in "xyz"}).to_parquet(
+        run / "history" / "poses.parquet"
+    )
+    head, arrays = unpacked(run)
+    rest = head["origin"] + head["quantum"] * arrays["corners"].reshape(-1, 3)
+    wires, side, _ = (np.reshape(mesh["moved"][2], (3, 4)) for mesh in head["meshes"])
+    x, y, z = (rest - axis).T  # by 90°: x becomes y, y becomes -x
+    assert rest @ side[:, :3].T + side[:, 3] == pytest.approx(axis + np.column_stack([-y, x, z]), abs=1e-9)
+    assert rest @ wires[:, :3].T + wires[:, 3] == pytest.approx(rest + np.array([0.0, 0.0, 2e-3]), abs=1e-9)
+    assert wall_corners(RunDir(run), 200)[2:4].reshape(-1, 3) == pytest.approx(
+        (axis + np.column_stack([-y, x, z]))[6:12], abs=2 * head["quantum"]
+    )
+
+
+def test_a_class_has_one_colour_in_all_runs_of_a_page(run: Path, tmp_path: Path) -> None:
+    """Eight classes in one run, other ones in the next: all names have a colour of their own."""
+    runs = [RunDir(run), RunDir(synthetic.make(tmp_path / "other"))]
+    of = runs[0].scene.classes[0]
+    runs[0].scene.__dict__["classes"] = (
+        *runs[0].scene.classes,
+        *(of.model_copy(update={"name": f"{k}"}) for k in range(6)),
+    )
+    runs[1].scene.__dict__["classes"] = tuple(
+        c.model_copy(update={"name": f"<{c.name}"}) for c in runs[1].scene.classes
+    )
+    text = browser.element([(str(k), one) for k, one in enumerate(runs)])
+    (found,) = re.findall(r'data-classes="(.*?)"', text)
+    colours = json.loads(html.unescape(found))
+    assert set(colours) == {c.name for one in runs for c in one.scene.classes}
+    assert len(set(colours.values())) == len(colours) == 10
 
 
 def test_a_run_that_is_too_large_is_shown_at_fewer_times(run: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pywet.laws import exact_bridge
@@ -52,6 +53,23 @@ def test_the_surface_ends_on_both_bodies_and_encloses_the_volume(
         caps += cap(rj * MM, bridge.contact_radii[1])
     # 60 frusta approximate the curve: the volume differs by a few parts per thousand
     assert enclosed(points, axis) - caps == pytest.approx(volume * MM**3, rel=5e-3)
+
+
+def test_a_partner_across_a_periodic_boundary_is_at_its_end_of_the_bridge() -> None:
+    """Box of 40 mm: sphere 1 at -19 mm has partners at 19 and 17 mm, as i and as j of the bridge; a wall is left as it is."""
+    columns = ["partner_kind", "i", "j", *(f"{end}_{axis}" for end in ("xi", "xj") for axis in "xyz")]
+    rows = [
+        (0, 1, 2, -0.019, 0, 0, -0.021, 0, 0),
+        (0, 0, 1, 0.017, 0, 0, 0.021, 0, 0),
+        (1, 1, 2, -0.019, 0, 0, -0.019, 0, -0.001),
+    ]
+    centre = np.array([-0.019, 0.0, 0.0])
+    moved, partners = closeup.around(pd.DataFrame(rows, columns=columns).astype(float), 1, centre)
+    assert {n: at.tolist() for n, at in partners.items()} == {2: [-0.021, 0, 0], 0: [pytest.approx(-0.023), 0, 0]}
+    ends = moved[columns[3:]].to_numpy()
+    assert ends[1] == pytest.approx([-0.023, 0, 0, -0.019, 0, 0]) and ends[[0, 2]] == pytest.approx(
+        np.array([row[3:] for row in (rows[0], rows[2])])
+    )
 
 
 def test_what_cannot_be_solved_stays_a_cuboid(tmp_path: Path) -> None:

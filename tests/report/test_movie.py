@@ -26,13 +26,14 @@ def test_the_dot_stands_at_the_time_and_the_fraction_retained() -> None:
     assert (columns.mean(), rows.mean()) == pytest.approx(((40 + 206) / 2, 420 - 0.25 * 376), abs=1.0)
 
 
-def test_the_scale_bar_is_as_long_as_it_says() -> None:
-    """At 7.3 pixels a millimetre 20 mm are 146 pixels, at most a fifth of 900."""
-    picture = caption.below(np.full((400, 900, 3), 255, dtype=np.uint8), [("#ff0000", "red things")], "", 7.3)
+@pytest.mark.parametrize(("scale", "width"), [(7.3, 146), (3000.0, 150)])
+def test_the_scale_bar_is_as_long_as_it_says(scale: float, width: int) -> None:
+    """At 7.3 pixels a millimetre 20 mm are 146 pixels, at most a fifth of 900; at 3000 of them 0.05 mm are 150."""
+    picture = caption.below(np.full((400, 900, 3), 255, dtype=np.uint8), [("#ff0000", "red things")], "", scale)
     pixels = np.asarray(picture)[400:]
     dark = (pixels == (0x27, 0x32, 0x3D)).all(axis=2)
-    bar = dark[:, 900 - 14 - 146 - 3 :]  # right of its text
-    assert int(bar.sum(axis=1).max()) == pytest.approx(146, abs=3)
+    bar = dark[:, 900 - 14 - width - 3 :]  # right of its text
+    assert int(bar.sum(axis=1).max()) == pytest.approx(width, abs=3)
     assert (pixels == (255, 0, 0)).all(axis=2).any()
 
 

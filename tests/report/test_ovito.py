@@ -49,6 +49,20 @@ def test_spheres_and_bonds_of_every_output(run: Path) -> None:
     assert bond["age"] == pytest.approx(38 * synthetic.TIME_STEP, rel=1e-8)
 
 
+@pytest.mark.parametrize(("unknown", "known"), [("capillary_force", "age"), ("age", "capillary_force")])
+def test_what_is_not_known_is_nan(run: Path, unknown: str, known: str) -> None:
+    """Of the force of a law in a user's file, and of the age of a bridge whose formation was logged by an earlier run."""
+    scene, events = run / "scene.json", run / "history" / "events.parquet"
+    if unknown == "age":
+        pd.read_parquet(events).query("i != 1 or j != 3").to_parquet(events)
+    else:
+        scene.write_text(scene.read_text().replace('"rabinovich"', '"my_law.py:pull"'))
+    _, bonds = stages.ovito(run)
+    bond = list(dumped(bonds, "ENTRIES"))[-1][1].iloc[0]
+    assert np.isnan(bond[unknown]) and bond[known] > 0.0 and bond["separation"] == 1e-4
+    stages.vtk(run)
+
+
 def test_a_dry_run_has_no_bonds(tmp_path: Path) -> None:
     assert [path.name for path in ovito.write(synthetic.make(tmp_path / "case01", moist=False))] == ["spheres.dump"]
 
