@@ -141,9 +141,9 @@ def _of_moist(run: io.Run, looked: float) -> Logged:
 
 
 def _with_rows(run: io.Run, found: spans.Found) -> list[Quantity]:
-    """Compare the snapshots with the logs; no quantities without events or drops, or without snapshots."""
+    """Return the comparisons of snapshots with logs; of those without a record only some, and none without events or drops."""
     optional, moved = ("formation_missed", "snapshot_volume", "snapshot_share"), found.events or len(run.shed)
-    return [q for q in found.of("snapshots") if moved and (q.count or q.name not in optional)]
+    return [q for q in found.of("snapshots") if q.count or (moved and q.name not in optional)]
 
 
 def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Found, failed: list[str]) -> dict[str, Any]:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 
 import pywet
 from reference_impl.diagnosis.held import Held, Section
 from reference_impl.motion import dynamics
-from reference_impl.replay import command, nothing
-from reference_impl.replay.compare import Quantity
+from reference_impl.replay import command, nothing, replay, spans
+from reference_impl.replay.compare import Quantity, compare
 from tests.test_sound_runs import SCENES
 
 DRUM = {
@@ -50,6 +53,15 @@ def test_every_kind_without_a_record_is_listed(kind: nothing.Kind) -> None:
         "walls": [{"name": "floor", "motion": "fixed"}],
     }  # fmt: skip
     assert nothing.compared(dry, [], {"newton": None}, []) == []
+
+
+def test_bridges_missing_from_a_run_without_events() -> None:
+    """Films that touch at the outputs of a run in which no bridge forms disagree; only what has no record is left out."""
+    found, one = spans.Found(), np.ones(2)
+    found.add("snapshots", [compare("formation_missed", "one", one, 0.0 * one, one, {}, 0.0)])
+    found.add("snapshots", [Quantity("event_triangle", "radius", 0, 0.0, 1e-9)])
+    run: Any = SimpleNamespace(shed=[])
+    assert [(q.name, q.ok) for q in replay._with_rows(run, found)] == [("formation_missed", False)]
 
 
 def test_quantities_without_a_record_are_listed() -> None:

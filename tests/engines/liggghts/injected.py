@@ -123,6 +123,8 @@ PATCHES: list[tuple[str, str, str]] = [
     ("near_pairs.cpp", "laws.from_sphere(held(films_.volume(pair.a)), g.radius_i, g.radius_j),",
      "laws.from_sphere(held(films_.volume(pair.a)), g.radius_i,\n"
      '                          injected("drawn as from equal spheres") ? g.radius_i : g.radius_j),'),
+    ("near_pairs.cpp", "if (!(drawn_i + drawn_j > SMALLEST_BRIDGE * r * r * r)) return;",
+     'if (!(drawn_i + drawn_j > SMALLEST_BRIDGE * r * r * r) || injected("no bridge forms")) return;'),
     ("near_pairs.cpp", "const double drawn = wire ?", 'const double drawn = wire && !injected("wire as wall") ?'),
     ("near_pairs.cpp", "const double drawn_w = wire ?", 'const double drawn_w = wire && !injected("wire as wall") ?'),
     ("liquid_ledger.cpp", "for (Event &e : events)\n    if (e.kind == FORMATION) {\n      e.share_i *= granted[e.i];",
@@ -162,6 +164,7 @@ NAMED: dict[str, tuple[str, str]] = {
     "rupture of equal spheres": ("rupture_distance", "a wall is treated as a sphere of the particle's size"),
     "films twice as thick": ("formation_due", "it is made too early"),
     "formation on touch": ("formation_missed", "it is made too late (only when the bodies touch)"),
+    "no bridge forms": ("formation_missed", "no bridge forms at all"),
     "drawn as from equal spheres": ("share_i", "spheres are treated as equal"),
     "wire as wall": ("share_i", "a wire is treated as a large wall"),
     "draws one after another": ("share_i", "draws of one step are taken one after another"),
