@@ -113,6 +113,8 @@ def _window(
         overlap = np.where(there, contact.overlap, 0.0)
         checks["contact_logged"] = (overlap, contact.overlap, setup.radius[touches.a], rows)
     bridges = wet.of_window(run, setup, window) if run is not None else None
+    if run is not None:
+        checks["event_speed"] = wet.event_speeds(run, setup, window)
     force, torque, doubt, sizes = _sums(setup, window, touches, contact, bridges)
     if run is not None and bridges is not None and coverage.semi_implicit(run):
         least = np.maximum(sizes, window.mass * STANDARD_WEIGHT)
@@ -240,6 +242,7 @@ SCALES = {
     "wall_velocity": ("itself, or 1 mm/s", TOLERANCE),
     "window_position": ("radius", 1e-12),
     "window_velocity": ("speed, or 1 mm/s", TOLERANCE),
+    "event_speed": ("speed of the faster body, or 1 mm/s", TOLERANCE),
     **{name: (scale, TOLERANCE) for name, scale in pushes.SCALES.items()},
 }
 """Scale of each deviation, and its limit."""

@@ -137,7 +137,13 @@ def _of_moist(run: io.Run, looked: float) -> Logged:
     def named(failed: list[str]) -> dict[str, Any]:
         return _named(run.folder, run, tables, found, failed)
 
-    return Logged(quantities, motion, entries, named, [*coverage.not_checked(run), *script.not_checked(run.folder)])
+    left = found.events - sum(q.count for q in moved if q.name == "event_speed")
+    logged = [f"event_speed: of {left} of {found.events} events it is taken as logged, without recorded motion"] * (
+        left > 0
+    )
+    return Logged(
+        quantities, motion, entries, named, [*coverage.not_checked(run), *logged, *script.not_checked(run.folder)]
+    )
 
 
 def _with_rows(run: io.Run, found: spans.Found) -> list[Quantity]:
