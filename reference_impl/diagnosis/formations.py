@@ -147,6 +147,9 @@ def missed(run: Run) -> Iterator[Link]:
     at_wall = formed & (events["partner_kind"] != laws.SPHERE).to_numpy()
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
+        if not formed.any():
+            yield Suspect("no bridge forms at all", logged)
+            return
         if (wall[rows]).all():
             bridged = set(events["j"][at_wall])
             never = sorted(set(table["j"][rows]) - bridged)

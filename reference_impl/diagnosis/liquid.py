@@ -316,5 +316,5 @@ def links(run: Run, e: Events, tables: Tables, expected: Pair, table_holds: bool
         yield from (link for link in found if link is not None)
         yield links_formations.late(run, e.marks())
         yield from (link for link in (links_formations.shared(run),) if link is not None)
-        yield from links_formations.missed(run)
+    yield from links_formations.missed(run)
     yield from links_chain.links(run, expected)

@@ -113,6 +113,8 @@ def _window(
         overlap = np.where(there, contact.overlap, 0.0)
         checks["contact_logged"] = (overlap, contact.overlap, setup.radius[touches.a], rows)
     bridges = wet.of_window(run, setup, window) if run is not None else None
+    if run is not None:
+        checks["event_speed"] = wet.event_speeds(run, setup, window)
     force, torque, doubt, sizes = _sums(setup, window, touches, contact, bridges)
     if run is not None and bridges is not None and coverage.semi_implicit(run):
         least = np.maximum(sizes, window.mass * STANDARD_WEIGHT)
@@ -121,7 +123,7 @@ def _window(
     counts["at_walls"] = int(touches.wall.sum())
     counts["between_spheres"] = len(touches) - counts["at_walls"]
     for wall in setup.walls:
-        if wall.motion == "turns" or wall.analytic:
+        if wall.motion != "fixed" or wall.analytic:
             counts[f"on {wall.name}"] = _on(setup, wall, touches, bridges)
     counts["beside_an_edge"] = _beside_edges(setup, touches)
     counts["no_rolling_direction"] = int((contact.doubt > TOLERANCE * setup.radius[touches.a] * contact.elastic).sum())
@@ -240,6 +242,7 @@ SCALES = {
     "wall_velocity": ("itself, or 1 mm/s", TOLERANCE),
     "window_position": ("radius", 1e-12),
     "window_velocity": ("speed, or 1 mm/s", TOLERANCE),
+    "event_speed": ("speed of the faster body, or 1 mm/s", TOLERANCE),
     **{name: (scale, TOLERANCE) for name, scale in pushes.SCALES.items()},
 }
 """Scale of each deviation, and its limit."""

@@ -19,6 +19,7 @@ from reference_impl.replay.arrays import Floats, cross, dot, size, vectors
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.implicit import relative_kick
 from reference_impl.replay.io import Run
+from reference_impl.replay.lives import RETIREMENT
 
 DEFAULT = {"capillary": "rabinovich", "viscous_normal": "pitois", "viscous_tangential": "goldman"}
 """Laws by which an effect that is off is estimated."""
@@ -60,9 +61,8 @@ class Bridges:
         return -setup.radius[self.a][:, None] * turn, -rb[:, None] * turn
 
 
-def of_window(run: Run, setup: Setup, window: Window) -> Bridges:
-    """Recompute the forces of all bridges in one sampling window."""
-    table = run.rows("contacts", int(window.steps[0]), int(window.steps[-1]))
+def _ends(run: Run, setup: Setup, window: Window, table: pd.DataFrame) -> tuple[Floats, ...]:
+    """Return for rows of a log whether they are at walls, their step and bodies, and place and velocity of the end at j."""
     wall = (table["partner_kind"] != laws.SPHERE).to_numpy()
     k = np.searchsorted(window.steps, table["step"].to_numpy())
     a = np.searchsorted(setup.ids, table["i"].to_numpy())
@@ -74,6 +74,27 @@ def of_window(run: Run, setup: Setup, window: Window) -> Bridges:
         step = window.steps[k[at]]
         point[at] = parts.closest(step, window.x[k[at], a[at]], b[at]).point
         vb[at] = parts.velocity(step, point[at], b[at])
+    return wall, k, a, b, point, vb
+
+
+def event_speeds(run: Run, setup: Setup, window: Window) -> tuple[Floats, Floats, Floats, pd.DataFrame]:
+    """Return the speeds of the formations and ruptures in a window, logged and recomputed, their scale [m/s], and the rows.
+
+    A retired sphere has the speed at the end of its last step.
+    """
+    table = run.rows("events", int(window.steps[0]), int(window.steps[-1]))
+    table = table[table["kind"] != RETIREMENT].reset_index(drop=True)
+    _, k, a, _, _, vb = _ends(run, setup, window, table)
+    va = window.v_half[k, a]
+    scale = np.maximum(np.maximum(size(va), size(vb)), 1e-3)
+    return table["speed"].to_numpy(float), size(va - vb), scale, table
+
+
+def of_window(run: Run, setup: Setup, window: Window) -> Bridges:
+    """Recompute the forces of all bridges in one sampling window."""
+    table = run.rows("contacts", int(window.steps[0]), int(window.steps[-1]))
+    wall, k, a, b, point, vb = _ends(run, setup, window, table)
+    other = np.where(wall, 0, b)
     d = images.of(run.folder).nearest(window.x[k, a] - point)
     apart = size(d)
     n = d / apart[:, None]

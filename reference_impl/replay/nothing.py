@@ -18,8 +18,14 @@ class Kind(NamedTuple):
     recorded: bool = False
     """Whether it is checked only if motion was recorded."""
 
+    def missing(self, recorded: bool) -> str:
+        """Return the sentence for a run that recorded its motion or did not."""
+        return self.sentence if recorded or not self.recorded else f"{self.sentence.partition(':')[0]}: {NOT_RECORDED}"
 
+
+NOT_RECORDED = "the run recorded no motion in windows"
 IN_WINDOWS = "there is none in the sampling windows"
+FOREIGN = "they follow the engine's own law"
 IN_CONTACT = "nothing is in contact with it in the sampling windows"
 KINDS = (
     Kind(lambda s: s["effects"]["bridges"], "film_i_before", "bridges: none formed or ruptured in the run"),
@@ -28,7 +34,6 @@ KINDS = (
     Kind(lambda s: s["output"].get("energy"), "energy_windows", f"power of each effect: {IN_WINDOWS}", True),
     Kind(lambda s: s["effects"].get("shedding"), "felt_force", "drops: no force felt by a film was logged"),
     Kind(lambda s: s.get("retire"), "retired_who", "retired spheres: none was retired"),
-    Kind(lambda s: any(w["motion"] != "fixed" for w in s["walls"]), "mesh_motion", "motion of walls: no output"),
     Kind(lambda s: s["effects"]["bridges"] and s.get("viscous_integration", "explicit") != "explicit",
          "window_push", f"semi-implicit drag: {IN_WINDOWS}", True),
     Kind(lambda _: True, "newton_force", "Newton's law: no free sphere has two consecutive recorded steps", True),
@@ -42,26 +47,23 @@ def compared(
     counts, law = {q.name: q.count for q in quantities}, motion["newton"]
     judged = {"energy_budget": "energy_budget" in counts, "energy_windows": "energy_budget" in counts}
     found = [
-        kind.sentence
+        kind.missing(law is not None)
         for kind in KINDS
-        if kind.there(scene)
-        and (law is not None or not kind.recorded)
-        and judged.get(kind.quantity, True)
-        and not counts.get(kind.quantity)
+        if kind.there(scene) and judged.get(kind.quantity, True) and not counts.get(kind.quantity)
     ]
-    if law is not None:
-        several = sum(c["count"] for c in scene["classes"]) > 1
-        of_contacts = {"between_spheres": ("between spheres", several), "at_walls": ("with walls", scene["walls"])}
-        found += [
-            f"dry contacts {where}: {IN_WINDOWS}"
-            for name, (where, there) in of_contacts.items()
-            if there and not law.get(name)
-        ]
-        found += [
-            f"wall {name.removeprefix('on ')}, which turns or is of analytic wires: {IN_CONTACT}"
-            for name in law
-            if name.startswith("on ") and not law[name]
-        ]
+    several, counted = sum(c["count"] for c in scene["classes"]) > 1, law or {}
+    of_contacts = {"between_spheres": ("between spheres", several), "at_walls": ("with walls", scene["walls"])}
+    why = NOT_RECORDED if law is None else FOREIGN if "foreign" in law else IN_WINDOWS
+    found += [
+        f"dry contacts {where}: {why}"
+        for name, (where, there) in of_contacts.items()
+        if there and not counted.get(name)
+    ]
+    found += [
+        f"wall {name.removeprefix('on ')}, which moves or is of analytic wires: {IN_CONTACT}"
+        for name in counted
+        if name.startswith("on ") and not counted[name]
+    ]
     return found + [
         f"section {s.name}: no value" for s in sections if s.quantities and not any(q.count for q in s.quantities)
     ]

@@ -137,13 +137,19 @@ def _of_moist(run: io.Run, looked: float) -> Logged:
     def named(failed: list[str]) -> dict[str, Any]:
         return _named(run.folder, run, tables, found, failed)
 
-    return Logged(quantities, motion, entries, named, [*coverage.not_checked(run), *script.not_checked(run.folder)])
+    left = found.events - sum(q.count for q in moved if q.name == "event_speed")
+    logged = [f"event_speed: of {left} of {found.events} events it is taken as logged, without recorded motion"] * (
+        left > 0
+    )
+    return Logged(
+        quantities, motion, entries, named, [*coverage.not_checked(run), *logged, *script.not_checked(run.folder)]
+    )
 
 
 def _with_rows(run: io.Run, found: spans.Found) -> list[Quantity]:
-    """Compare the snapshots with the logs; no quantities without events or drops, or without snapshots."""
+    """Return the comparisons of snapshots with logs; of those without a record only some, and none without events or drops."""
     optional, moved = ("formation_missed", "snapshot_volume", "snapshot_share"), found.events or len(run.shed)
-    return [q for q in found.of("snapshots") if moved and (q.count or q.name not in optional)]
+    return [q for q in found.of("snapshots") if q.count or (moved and q.name not in optional)]
 
 
 def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Found, failed: list[str]) -> dict[str, Any]:

@@ -249,5 +249,6 @@ FAULTS: dict[str, Injected] = {
     ),
     "a rank's contact rows are missing": Injected("contacts", columns_of_one_rank, "contact_rows", "as of one rank"),
     "gaps of events halved": Injected("events", scaled(["separation"], 0.5), "event_separation", "half of it counts"),
+    "speeds of events halved": Injected("events", scaled(["speed"], 0.5), "event_speed", "half of it counts"),
 }
 """Name -> change, quantity, words."""

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 
 import pywet
 from reference_impl.diagnosis.held import Held, Section
 from reference_impl.motion import dynamics
-from reference_impl.replay import command, nothing
-from reference_impl.replay.compare import Quantity
+from reference_impl.replay import command, nothing, replay, spans
+from reference_impl.replay.compare import Quantity, compare
 from tests.test_sound_runs import SCENES
 
 DRUM = {
@@ -22,6 +25,7 @@ DRUM = {
 """A scene that has one of everything."""
 COUNTED = tuple(dict.fromkeys(kind.quantity for kind in nothing.KINDS))
 LAW = {"between_spheres": 7, "at_walls": 5, "on mantle": 4, "on cloth": 3}
+"""Of walls those that move or are of analytic wires (see test_injected_fixture.py)."""
 
 
 def unchecked(law: dict[str, int], *left_out: str) -> list[str]:
@@ -32,7 +36,7 @@ def unchecked(law: dict[str, int], *left_out: str) -> list[str]:
 
 @pytest.mark.parametrize("name", LAW)
 def test_contacts_of_a_kind(name: str) -> None:
-    """Turning walls too: their spin enters nothing but the forces of what is in contact with them."""
+    """Moving walls too: their motion enters nothing but the forces of what is in contact with them."""
     assert unchecked(LAW) == []
     words = {
         "between_spheres": "between spheres", "at_walls": "with walls", "on mantle": "wall mantle", "on cloth": "wall cloth",
@@ -49,7 +53,34 @@ def test_every_kind_without_a_record_is_listed(kind: nothing.Kind) -> None:
         "effects": {"bridges": False}, "output": {}, "classes": [{"count": 60}],
         "walls": [{"name": "floor", "motion": "fixed"}],
     }  # fmt: skip
-    assert nothing.compared(dry, [], {"newton": None}, []) == []
+    law = {"newton": LAW}
+    assert nothing.compared(dry, [Quantity("newton_force", "itself", 9, 0.0, 1e-9)], law, []) == []
+
+
+def test_without_recorded_motion() -> None:
+    """Of a moist scene Newton's law, dry contacts, powers and what semi-implicit drag starts from; the rest is compared."""
+    quantities = [Quantity(k.quantity, "itself", 0 if k.recorded else 9, 0.0, 1e-9) for k in nothing.KINDS]
+    found = nothing.compared(DRUM, quantities, {"newton": None}, [])
+    assert [sentence.split(":")[0] for sentence in found] == [
+        "power of each effect", "semi-implicit drag", "Newton's law", "dry contacts between spheres", "dry contacts with walls",
+    ]  # fmt: skip
+    assert all(sentence.endswith(": the run recorded no motion in windows") for sentence in found)
+
+
+def test_contacts_by_the_law_of_another_engine() -> None:
+    """They are in the windows; only their law is not recomputed."""
+    assert unchecked({"foreign": 345}) == [
+        f"dry contacts {where}: they follow the engine's own law" for where in ("between spheres", "with walls")
+    ]
+
+
+def test_bridges_missing_from_a_run_without_events() -> None:
+    """Films that touch at the outputs of a run in which no bridge forms disagree; only what has no record is left out."""
+    found, one = spans.Found(), np.ones(2)
+    found.add("snapshots", [compare("formation_missed", "one", one, 0.0 * one, one, {}, 0.0)])
+    found.add("snapshots", [Quantity("event_triangle", "radius", 0, 0.0, 1e-9)])
+    run: Any = SimpleNamespace(shed=[])
+    assert [(q.name, q.ok) for q in replay._with_rows(run, found)] == [("formation_missed", False)]
 
 
 def test_quantities_without_a_record_are_listed() -> None:
@@ -73,9 +104,9 @@ def test_a_section_without_a_value() -> None:
     section = Section("results")
     section.add("results_checks", "1", [], "values of the checks")
     assert section.sentence == "results: not checked" and section.as_dict()["ok"] is None
-    both = [Quantity(name, "itself", 1, 0.0, 1.0) for name in COUNTED[:2]]
+    both = [Quantity(name, "itself", 1, 0.0, 1.0) for name in (*COUNTED[:2], "newton_force")]
     bare = {**DRUM, "output": {}, "effects": {"bridges": False}, "retire": False, "walls": []}
-    assert nothing.compared(bare, both, {"newton": None}, [section]) == ["section results: no value"]
+    assert nothing.compared(bare, both, {"newton": LAW}, [section]) == ["section results: no value"]
     section.add("results_checks", "1", [Held("a", 1.0, 1.0, "logs")], "values of the checks")
     assert section.as_dict()["ok"] is True
 

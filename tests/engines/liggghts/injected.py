@@ -92,7 +92,8 @@ PATCHES: list[tuple[str, str, str]] = [
     (
         "forces.cpp",
         "g.separation >= b.rupture_distance && g.separation >= standing_.rupture_limit(b, g))) continue;",
-        'g.separation >= b.rupture_distance * (injected("early rupture") ? 0.8 : injected("late rupture") ? 1.25 : 1.0) &&\n'
+        'g.separation >= b.rupture_distance * (injected("early rupture") ? 0.8 : injected("late rupture") ? 1.25\n'
+        '                                           : injected("bridges never rupture") ? 1e9 : 1.0) &&\n'
         "          g.separation >= standing_.rupture_limit(b, g) *\n"
         '                              (injected("early rupture") ? 0.8 : injected("late rupture") ? 1.25 : 1.0))) continue;',
     ),
@@ -123,6 +124,8 @@ PATCHES: list[tuple[str, str, str]] = [
     ("near_pairs.cpp", "laws.from_sphere(held(films_.volume(pair.a)), g.radius_i, g.radius_j),",
      "laws.from_sphere(held(films_.volume(pair.a)), g.radius_i,\n"
      '                          injected("drawn as from equal spheres") ? g.radius_i : g.radius_j),'),
+    ("near_pairs.cpp", "if (!(drawn_i + drawn_j > SMALLEST_BRIDGE * r * r * r)) return;",
+     'if (!(drawn_i + drawn_j > SMALLEST_BRIDGE * r * r * r) || injected("no bridge forms")) return;'),
     ("near_pairs.cpp", "const double drawn = wire ?", 'const double drawn = wire && !injected("wire as wall") ?'),
     ("near_pairs.cpp", "const double drawn_w = wire ?", 'const double drawn_w = wire && !injected("wire as wall") ?'),
     ("liquid_ledger.cpp", "for (Event &e : events)\n    if (e.kind == FORMATION) {\n      e.share_i *= granted[e.i];",
@@ -159,9 +162,11 @@ NAMED: dict[str, tuple[str, str]] = {
     "dynamic rupture ignored": ("rupture_limit", "dynamic rupture is ignored"),
     "early rupture": ("rupture_due", "it is made too early (at 0.80"),
     "late rupture": ("rupture_late", "it is made too late (at 1.25"),
+    "bridges never rupture": ("standing_beyond_limit", "it is made too late (a bridge still exists at"),
     "rupture of equal spheres": ("rupture_distance", "a wall is treated as a sphere of the particle's size"),
     "films twice as thick": ("formation_due", "it is made too early"),
     "formation on touch": ("formation_missed", "it is made too late (only when the bodies touch)"),
+    "no bridge forms": ("formation_missed", "no bridge forms at all"),
     "drawn as from equal spheres": ("share_i", "spheres are treated as equal"),
     "wire as wall": ("share_i", "a wire is treated as a large wall"),
     "draws one after another": ("share_i", "draws of one step are taken one after another"),
@@ -194,6 +199,7 @@ UNSEEN: dict[str, tuple[str, bool, str]] = {
 BESIDE: dict[str, tuple[bool, str, str]] = {
     "closest point": (True, "snapshot_ends", "it is moved by 1e-05, 0, 0"),
     "late rupture": (False, "rupture_late", "it is made too late (at 1.25"),
+    "bridges never rupture": (False, "snapshot_beyond_limit", "it is made too late (a bridge still exists at"),
 }
 """Faults that outputs and events show, without recorded motion or contacts: whether contacts are logged, quantity, words."""
 
