@@ -83,6 +83,8 @@ class Wet(Strict):
     def _amount(self) -> Self:
         if self.liquid.percent is None and self.liquid.film_um is None:
             raise ValueError("liquid.percent or liquid.film_um, the amount of liquid (0: none)")
+        if self.laws.shedding is not None:
+            raise ValueError(f"no laws.shedding ({self.laws.shedding}): the spheres of a script shed no drops")
         return self
 
     @property

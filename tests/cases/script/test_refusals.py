@@ -105,6 +105,7 @@ WRONG_LIQUIDS = [
     ("config.unknown_key", WET.replace("percent", "percentage")),
     ("config.missing_key", WET.replace("contact_angle_deg: 15\n", "")),
     ("config.inconsistent", WET.replace("percent: 1.0", "")),
+    ("config.inconsistent", f"{WET}laws: {{shedding: tate}}\n"),
     ("config.value", WET.replace("15", "100")),
     ("config.value", WET.replace("dry", "wet")),
     ("config.not_yaml", "liquid: ["),
