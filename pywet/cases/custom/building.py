@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from pywet import scene as typed
 from pywet.cases.custom import extent, repeating
 from pywet.cases.custom.at_walls import PRESSED, expected, thickness
-from pywet.cases.custom.description import WALLS, Scene, Spheres
+from pywet.cases.custom.description import SPHERE_ANGLE_DEG, WALLS, Scene, Spheres
 from pywet.cases.custom.feeding import ahead_s, times, waiting, ways
 from pywet.cases.custom.placing import (
     COUNT_FROM,
@@ -326,7 +326,7 @@ class Building:
             "hertz": self.hertz,
             "liquid": self.liquid,
             "walls": tuple(
-                wall_mesh(s, math.radians(w.contact_angle_deg)).model_copy(
+                wall_mesh(s, math.radians(user_scene.wall_angle_deg(w))).model_copy(
                     update={"motion_parameters": motion, "feature_angle_deg": w.fold_deg}
                 )
                 for s, w, motion in zip(self.surfaces, user_scene.walls, self.motions, strict=True)
@@ -408,9 +408,10 @@ def _sphere_kg(spheres: Spheres, user_scene: Scene) -> float:
 def _sphere_class(kind: int, spheres: Spheres, user_scene: Scene, of_mass: int | None) -> typed.SphereClass:
     """Return the size class of an entry; `of_mass`: number of spheres computed from its mass."""
     material, given = user_scene.materials[spheres.material], spheres.insertion
+    angle = SPHERE_ANGLE_DEG if material.contact_angle_deg is None else material.contact_angle_deg
     return typed.SphereClass(
         name=spheres.name, type=kind, radius_m=spheres.radius_m, density_kg_per_m3=material.density_kg_per_m3,
-        contact_angle_rad=math.radians(material.contact_angle_deg),
+        contact_angle_rad=math.radians(angle),
         count=of_mass or spheres.count or len(spheres.at_mm or ()),
         insertion=typed.Insertion(**given.model_dump(exclude_none=True, exclude={"unusual"})) if given else None,
     )  # fmt: skip
