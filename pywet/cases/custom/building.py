@@ -392,12 +392,13 @@ def write(
 
 
 def feeds(user_scene: Scene, classes: Sequence[typed.SphereClass]) -> list[str]:
-    """Describe each feed of a scene: number and sizes of spheres, mass left out."""
-    of = {feed.name: feed.psd.sizes(user_scene.folder) for feed in user_scene.feed}
-    return [
-        feed_sentence(name, sizes, sum(c.count for c in classes if c.name in {*entry_names(name, sizes)}))
-        for name, sizes in of.items()
-    ]
+    """Describe each feed of a scene: number and sizes of spheres, their liquid, mass left out."""
+    found = []
+    for feed in user_scene.feed:
+        sizes = feed.psd.sizes(user_scene.folder)
+        count = sum(c.count for c in classes if c.name in {*entry_names(feed.name, sizes)})
+        found.append(feed_sentence(feed.name, sizes, count, feed.dry_percent))
+    return found
 
 
 def _sphere_kg(spheres: Spheres, user_scene: Scene) -> float:
