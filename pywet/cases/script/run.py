@@ -33,6 +33,7 @@ from pywet.errors import EngineError, border
 from pywet.geometry import Surface
 from pywet.runs.tables import ledger_error
 from pywet.scene import EngineScene
+from pywet.util.notices import notice
 
 
 @dataclass(frozen=True)
@@ -228,6 +229,8 @@ class _Script:
         last = int(json.loads(self._plugin.script_state())["last"])  # on all ranks: the engine compares their radii
         if plugin_rank() == 0:
             folder.note_end(self._log, last)
+            for k in self._spheres.unused:
+                notice.warning("%s: entry %d of first_films applied to no sphere", self.line.liquid, k)
 
     def check(self) -> None:
         """Check the state of the engine at the start of a run."""

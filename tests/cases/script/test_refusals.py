@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +107,8 @@ WRONG_LIQUIDS = [
     ("config.missing_key", WET.replace("contact_angle_deg: 15\n", "")),
     ("config.inconsistent", WET.replace("percent: 1.0", "")),
     ("config.inconsistent", f"{WET}laws: {{shedding: tate}}\n"),
+    ("config.inconsistent", f"{WET}first_films: [{{low_mm: [0, 0, 50], high_mm: [90, 90, 0], film_um: 20}}]\n"),
+    ("config.inconsistent", f"{WET}first_films: [{{film_um: 20}}, {{type: 1, film_um: 10}}]\n"),
     ("config.value", WET.replace("15", "100")),
     ("config.value", WET.replace("dry", "wet")),
     ("config.not_yaml", "liquid: ["),
@@ -207,6 +210,22 @@ def test_classes_are_types_and_sizes_of_the_script() -> None:
     assert found.table["type"].tolist() == [1, 2, 3]
     assert found.table["film"].to_numpy() == pytest.approx([0, 8e-10, 6e-9])
     assert found.classes[0].contact_angle_rad == pytest.approx(0.6981317)
+
+
+def test_first_films_of_no_sphere_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the check those of types that the text does not have, by the run also those of boxes without spheres."""
+    films = [
+        {"type": 1, "high_mm": [5, 5, 5], "percent": 2},
+        {"type": 7, "percent": 5},
+        {"low_mm": [99] * 3, "film_um": 1},
+    ]
+    assert [*spheres(first_films=films).unused] == [2, 3]
+    monkeypatch.chdir(tmp_path)
+    lines, wrong = check(write(tmp_path, wet=f"{WET}first_films: {json.dumps(films)}\n"))
+    assert [line.strip() for line in lines if "no spheres of type" in line] == [
+        "entry 2 of first_films: the text of the script has no spheres of type 7"
+    ]
+    assert not wrong
 
 
 def test_the_skin_is_shared_between_films_and_ways() -> None:

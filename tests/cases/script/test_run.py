@@ -135,9 +135,11 @@ def test_a_run_that_is_refused_keeps_the_tables_of_the_one_before(tmp_path: Path
 
 def test_bridges_are_counted_to_the_end_of_the_script(tmp_path: Path) -> None:
     """Of a script that ends 900 steps after its last output."""
-    write(tmp_path, line="fix wet all pywet liquid wet.yaml", after="run 1900\n")
+    named = f"{WET}first_films: [{{type: 1, high_mm: [-99, 0, 0], percent: 5}}]\n"
+    write(tmp_path, line="fix wet all pywet liquid wet.yaml", after="run 1900\n", wet=named)
     done = run(tmp_path)
     assert done.returncode == 0, done.stderr
+    assert "wet.yaml: entry 1 of first_films applied to no sphere" in read(done.stderr)
     events, ledger = (table(tmp_path, name) for name in ("events", "ledger"))
     assert ledger["step"].tolist() == [1, 1001] and folder.ended_at_step(tmp_path / "wet") == 1901
     formed, ruptured = (int((events["kind"] == kind).sum()) for kind in (0, 1))
