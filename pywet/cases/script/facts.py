@@ -152,12 +152,11 @@ def _fix(found: Facts, name: str, style: str, more: list[str], used: set[str], w
             found.hidden.append(more[0])
         else:
             found.materials[more[0]] = values
-    elif style == "gravity" and more[1:2] == ["vector"]:
-        if (values := _numbers([more[0], *more[2:5]])) is None:
+    elif style == "gravity":
+        if (gravity := _gravity(more)) is None:
             found.hidden.append("gravity")
-        elif len(values) == 4 and (length := math.hypot(*values[1:])):
-            x, y, z = (values[0] * w / length for w in values[1:])
-            found.gravity = (x, y, z)
+        else:
+            found.gravity = gravity
     elif style == "particletemplate/sphere" and name in used:
         _template(found, name, more, given)
     elif style.startswith("mesh/surface"):
@@ -172,6 +171,21 @@ def _fix(found: Facts, name: str, style: str, more: list[str], used: set[str], w
         found.wall_models.add(" ".join(models[: min(ends)] if ends else models))
         if "primitive" in more:
             found.primitives[name] = " ".join(more[more.index("primitive") + 3 :])
+
+
+def _gravity(more: list[str]) -> tuple[float, float, float] | None:
+    """Return gravity [m/s2] from arguments such as `9.81 vector 0 0 -1`, `9.81 chute 20` or `9.81 spherical 0 160`."""
+    style = more[1] if len(more) > 1 else ""
+    count = {"vector": 3, "chute": 1, "spherical": 2}.get(style, 0)
+    values = _numbers([more[0], *more[2 : 2 + count]]) if count else None
+    if values is None or len(values) != 1 + count:
+        return None
+    size, *way = values
+    if style != "vector":
+        phi, theta = map(math.radians, way if style == "spherical" else (0.0, 180.0 - way[0]))
+        way = [math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)]
+    length = math.hypot(*way)
+    return (size * way[0] / length, size * way[1] / length, size * way[2] / length) if length else None
 
 
 def _template(found: Facts, name: str, more: list[str], given: dict[str, str]) -> None:
