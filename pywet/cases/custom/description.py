@@ -450,10 +450,12 @@ class Scene(Excusable):
 
     def _wrong_contacts(self) -> list[str]:
         """List dry contacts that are given twice or not at all."""
-        found = doubled("contacts of different pairs", (" and ".join(sorted(c.between)) for c in self.contacts))
+        used = {*self._of_spheres} & self.materials.keys()
+        alone = {} if self.wall_material in used else {self.wall_material: WALLS}  # a material that only walls have
+        pairs = (sorted(alone.get(m, m) for m in c.between) for c in self.contacts)
+        found = doubled("contacts of different pairs", map(" and ".join, pairs))
         if WALLS in self.materials:
             found.append(f"materials of other names than {WALLS}, by which contacts mean all walls")
-        used = {*self._of_spheres} & self.materials.keys()
         walls = {m for m in self.materials if m == self.wall_material}
         met = {(a, b): self.dry(a, b if b in used else WALLS) for a in used for b in used | walls if a != b}
         missing = sorted({(min(pair), max(pair)) for pair, dry in met.items() if dry is None})
