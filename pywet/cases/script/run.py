@@ -31,6 +31,7 @@ from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.worker import LINE_BUFFERED, plugin_rank
 from pywet.errors import EngineError, border
 from pywet.geometry import Surface
+from pywet.runs import record
 from pywet.runs.tables import ledger_error
 from pywet.scene import EngineScene
 from pywet.util.notices import notice
@@ -184,6 +185,7 @@ class _Script:
             noted: dict[str, Any] = {"restored": bool(state["restored"]), "other_forces": other_forces(state)}
             noted |= {"dry_walls": dry_walls(state, self.wet), "periodic_m": self._periodic}
             folder.begin(self._log, surfaces, scene, noted)
+            record.leave_reference(self._log, self.wet.laws.reference)
         self._note(scene, table)
         raw.mkdir(parents=True, exist_ok=True)
         prepare_laws(scene)

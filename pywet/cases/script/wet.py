@@ -15,7 +15,7 @@ from pywet.cases.custom.walls import chosen
 from pywet.cases.script.refusals import refusal
 from pywet.config.loading import parse, placed_laws, read_yaml
 from pywet.config.settings import LawSettings
-from pywet.laws import registry
+from pywet.laws import custom_laws, registry
 from pywet.laws.contact import film_volume
 from pywet.laws.kinds import PRESETS
 from pywet.planning.time_steps import refuse_nonlinear_drag
@@ -131,6 +131,10 @@ class Wet(Strict):
         wet = wet.model_copy(update={"laws": placed_laws(wet.laws, path.resolve().parent)})
         for kind, law in wet.effects.laws.items():
             registry.get(kind, law)
+            if custom_laws.is_custom(law):
+                from pywet.laws import checks  # it imports the exact bridge
+
+                checks.warn(kind, law)
         refuse_nonlinear_drag(wet.effects, wet.viscous_integration, "viscous_integration", str(path))
         return wet
 

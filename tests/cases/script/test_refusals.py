@@ -19,6 +19,7 @@ from pywet.cli.app import app
 from pywet.config.loading import parse
 from pywet.engines.liggghts.plugin_api import NEWCOMER
 from pywet.errors import ConfigError, PywetError
+from pywet.laws.kinds import KINDS
 from tests.cases.script.scripts import AFTER, BEFORE, LINE, PLATE_ALONE, SHAKEN, WET, write
 from tests.error_codes import raises_code
 
@@ -165,6 +166,16 @@ def test_a_drag_that_is_not_proportional_to_the_velocity(tmp_path: Path, monkeyp
         scan(write(tmp_path, wet=named))
     found = scan(write(tmp_path, wet=f"{named}viscous_integration: explicit\n"))
     assert found.wet.effects.viscous_normal == "buck_water"
+
+
+def test_a_wrong_law_is_warned_of(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """A force in another unit than newton, as in a plan."""
+    names = ", ".join(KINDS["capillary"].parts[0].arguments)
+    law = f"from pywet.laws.force_law import force_law\n\n\n@force_law\ndef law({names}):\n    return surface_tension\n"
+    (tmp_path / "mine.py").write_text(law)
+    (tmp_path / "wet.yaml").write_text(f"{WET}laws: {{capillary: mine.py:law}}\n")
+    Wet.read(tmp_path / "wet.yaml")
+    assert any("WRONG law: dimensions" in r.getMessage() for r in caplog.records)
 
 
 def wet(**more: Any) -> Wet:
