@@ -284,13 +284,19 @@ class Building:
 
     @property
     def warnings(self) -> list[str]:
-        """Return warnings for an amount of liquid without effect, and for spheres that may pass through walls."""
+        """Return warnings for an amount of liquid and motions without effect, and spheres that may pass through walls."""
         found, liquid = [], self.user_scene.liquid
         amount = next((n for n in ("percent", "film_um") if getattr(liquid, n, None) is not None), None)
         if amount and all(s.percent is not None or s.film_um is not None for s in self.user_scene.spheres):
             found.append(
                 f"liquid.{amount} has no effect: all spheres have their own amount, those of a feed moisture_percent"
             )
+        end = self.user_scene.duration_s
+        for wall, motion in zip(self.user_scene.walls, self.motions, strict=True):
+            if isinstance(motion, typed.Slide) and motion.opens_at_s >= end:
+                found.append(
+                    f"wall {wall.name} does not move: it would from {motion.opens_at_s:g} s on, and the run ends at {end:g} s"
+                )
         for wall, surface in zip(self.user_scene.walls, self.surfaces, strict=True):
             thick = thickness(surface.corners)
             for c, pair in [(c, p) for c in self.classes for p in self.pairs if (p.a, p.b) == (c.type, 0)]:

@@ -63,6 +63,16 @@ def test_spheres_lie_in_their_region_and_do_not_touch() -> None:
     assert (low < at.min(axis=0) * 1e-3 - 0.0015).all() and (high > at.max(axis=0) * 1e-3 + 0.0015).all()
 
 
+def test_a_wall_that_moves_after_the_end_is_named() -> None:
+    """Not refused: a trial run of a scene is short."""
+    shape = {"block": {"low_mm": (0, 0, -9), "high_mm": (20, 20, -5)}}
+    motions = [{"removed": {"at_s": at, "towards": (1, 0, 0)}} for at in (0.005, 0.01)]
+    motions.append({"moves": {"velocity_m_per_s": (0, 0, -1), "from_s": 5, "for_s": 1}})
+    walls = [{"name": f"w{k}", **shape, **motion} for k, motion in enumerate(motions)]
+    warned = [w for w in Building(pywet.Scene(**beads(walls=walls))).warnings if "does not move" in w]
+    assert [w.split(":")[0] for w in warned] == ["wall w1 does not move", "wall w2 does not move"]
+
+
 @pytest.mark.parametrize(
     ("wall", "material", "degrees"),
     [({}, {}, 40.0), ({}, {"contact_angle_deg": 75}, 75.0), ({"contact_angle_deg": 0}, {"contact_angle_deg": 75}, 0.0)],
