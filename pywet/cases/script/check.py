@@ -171,7 +171,7 @@ def _pair(f: Facts, scene: EngineScene, hertz: Hertz | None, of: dict[int, int],
     elif hertz is not None:
         normal, side = hertz.springs(scene.classes, ContactPair.model_construct(a=a, b=b))
         side = normal if f.normal_model == "hooke" else side  # rule of the engine
-    if normal is None or side is None:
+    if not normal or side is None:
         return None
     return ContactPair.model_construct(
         a=a, b=b, normal_stiffness_N_per_m=normal, tangential_stiffness_N_per_m=side, friction=friction or 0.0,

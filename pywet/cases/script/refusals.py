@@ -60,6 +60,7 @@ SENTENCES = {
         "spheres before the first `run`, or a fix that inserts them, such as pour",
     ),
     "wet.drawn": ("{given}, each sphere of its own kind", "radius constant, in as many templates as there are sizes, 32 at most"),
+    "wet.positive": ("the script has {given}", "a number above 0"),
     "wet.mesh_file": ("there is no file {given}", "the path of a mesh, as seen from where the script runs"),
     "wet.moved_group": ("fix {given} moves only some of the spheres", "nve/sphere of the group all"),
     "wet.one_process": ("LAMMPS was started as {given} processes", "one: its ranks have no ghosts that hold films"),

@@ -100,6 +100,11 @@ WRONG_SCRIPTS = [
     ("wet.moved_group", {"before": BEFORE.replace("integr all", "integr fine")}),
     ("wet.skin", {"before": BEFORE.replace("0.002 bin", "0.0001 bin")}),
     ("wet.drawn", {"before": BEFORE.replace("radius constant 0.003", "radius uniform 0.002 0.003")}),
+    ("wet.positive", {"before": BEFORE.replace("radius constant 0.003", "radius constant 0")}),
+    ("wet.positive", {"before": BEFORE.replace("density constant 2500", "density constant -2500")}),
+    ("wet.positive", {"before": BEFORE.replace("0.00001", "0.0")}),
+    ("wet.positive", {"before": BEFORE.replace("peratomtype 5.e6", "peratomtype 0")}),
+    ("wet.positive", {"before": BEFORE.replace("peratomtypepair 1 0.6", "peratomtypepair 1 0")}),
     ("wet.mesh_file", {"before": SHAKEN.replace("plate.stl", "plat.stl"), "wet": WET.replace("dry", PLATE_ALONE)}),
     ("wet.angle", {"wet": WET.replace("15", "{2: 15}")}),
 ]
