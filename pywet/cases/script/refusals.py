@@ -11,6 +11,7 @@ Walls = str | Mapping[str, Any] | None
 """Type of `walls` in the liquid's file: dry, an angle or dry for each, or not given."""
 SENTENCES = {
     "wet.no_line": ("the script {given} has no line `fix ID all pywet …`", "one such line"),
+    "wet.no_run": ("the script {given} ran no step with fix pywet", "a `run` after its line, which no jump leaves out"),
     "wet.two_lines": ("the script has {given} lines of fix pywet", "one"),
     "wet.words": ("fix pywet was given the words `{given}`", "liquid FILE [log FOLDER] [every STEPS] [windows STEPS]"),
     "wet.hidden": (

@@ -85,7 +85,7 @@ def run(path: Path, words: list[str], say: Callable[[str], None], engine: str = 
             code="wet.engine_ended", given=status, where=path,
         )  # fmt: skip
     if not there:
-        raise refusal("wet.no_line", str(path))
+        raise refusal("wet.no_run", str(path))
     ledger = folder.ledger(log)
     formed, ruptured = folder.counts(log)
     return Outcome(log, formed, ruptured, ledger_error(ledger), int(ledger["step"].iloc[-1]))

@@ -127,6 +127,14 @@ def test_what_only_the_engine_knows_is_refused_at_the_line(tmp_path: Path, chang
     assert not (tmp_path / "wet").exists()
 
 
+@pytest.mark.parametrize("after", ["", "quit\n"])
+def test_a_script_that_runs_no_step_after_the_line(tmp_path: Path, after: str) -> None:
+    write(tmp_path, after=after)
+    done = run(tmp_path)
+    assert done.returncode == 1 and "ran no step with fix pywet; expected a `run`" in read(done.stderr), done.stderr
+    assert not (tmp_path / "wet").exists()
+
+
 @pytest.mark.slow
 def test_a_run_that_is_refused_keeps_the_tables_of_the_one_before(tmp_path: Path) -> None:
     write(tmp_path, after="run 500\ntimestep 0.000005\nrun 500\n")
