@@ -21,10 +21,10 @@ def lubricated_gap(separation: float, radius_i: float, radius_j: float) -> float
 
 @helper
 def _slide(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
-    """Return 6π η r ((8/15) ln(r/S) + 0.9588), r = r_red, S → max(S, 0) + S_min."""
+    """Return 6π η r ((8/15) ln(r/S) + 0.9588), at least 0, r = r_red, S → max(S, 0) + S_min."""
     r = reduced_radius(radius_i, radius_j)
     log = math.log(r / lubricated_gap(separation, radius_i, radius_j))
-    return 6.0 * math.pi * viscosity * r * (8.0 / 15.0 * log + 0.9588)
+    return max(6.0 * math.pi * viscosity * r * (8.0 / 15.0 * log + 0.9588), 0.0)  # a drag never pushes
 
 
 @force_law("viscous_normal")
@@ -145,7 +145,7 @@ def goldman_translation(separation: float, radius_i: float, radius_j: float, vis
     -----
     c_t = 6π η r ((8/15) ln(r/S) + 0.9588), r = r_red (wall: r_i), S → max(S, 0) + S_min.
 
-    Valid for S below about r; S ≤ 0: the value at S_min.
+    Valid for S below about r; S ≤ 0: the value at S_min; 0 from S = 6.04 r, where the series becomes negative.
 
     References
     ----------
@@ -227,7 +227,7 @@ def lian_translation(separation: float, radius_i: float, radius_j: float, viscos
     -----
     c_t = 6π η r ((8/15) ln(r/S) + 0.9588), r = r_red (wall: r_i), S → max(S, 0) + S_min.
 
-    Valid for S below about r; S ≤ 0: the value at S_min.
+    Valid for S below about r; S ≤ 0: the value at S_min; 0 from S = 6.04 r, where the series becomes negative.
 
     References
     ----------
@@ -266,7 +266,7 @@ def lian_rotation(separation: float, radius_i: float, radius_j: float, viscosity
     c_r = 6π η r ((8/15) ln(r/S) + 0.9588), r = r_red (wall: r_i), S → max(S, 0) + S_min;
     v_rot = −(r_i ω_i + r_j ω_j) × n with n from j to i. Up to eight times `goldman_rotation`.
 
-    S ≤ 0: the value at S_min.
+    S ≤ 0: the value at S_min; 0 from S = 6.04 r, where the series becomes negative.
 
     References
     ----------

@@ -31,7 +31,10 @@ class FeedAmount(Excusable):
     rate_of: Literal["dry", "moist"] = "dry"
     """Whether the rate is of the dry or of the moist material."""
     moisture_percent: Annotated[float, Field(ge=0, lt=100)] | None = None
-    """Mass of liquid over the mass of `moisture_of`, in per cent."""
+    """Mass of liquid over the mass of `moisture_of`, in per cent, the same for each size: larger spheres have thicker films.
+
+    `percent` of the liquid, without `moisture_percent`, gives all sizes films of one thickness.
+    """
     moisture_of: Literal["dry", "moist"] = "dry"
     """Whether moisture is % of the dry or of the moist mass."""
 
@@ -80,11 +83,17 @@ def entry_names(name: str, sizes: Sizes) -> list[str]:
     return [f"{name} {d:.4g} mm" for d in sizes.diameter_mm]
 
 
-def sentence(name: str, sizes: Sizes, spheres: int) -> str:
-    """Describe a feed in one sentence: number and sizes of spheres, mass left out."""
+def sentence(name: str, sizes: Sizes, spheres: int, dry_percent: float | None) -> str:
+    """Describe a feed in one sentence: number and sizes of spheres, their liquid, mass left out."""
     left_out = f"; left out: {cut}" if (cut := cut_off(sizes)) else ""
     smallest, largest = sizes.diameter_mm.min(), sizes.diameter_mm.max()
-    return f"feed {name}: {spheres} spheres of {len(sizes.share)} sizes, {smallest:.3g} to {largest:.3g} mm{left_out}"
+    of_size = (
+        f", each size with {dry_percent or 0.0:.3g} % of liquid (liquid.percent: one film thickness for all sizes)"
+    )
+    return (
+        f"feed {name}: {spheres} spheres of {len(sizes.share)} sizes, {smallest:.3g} to {largest:.3g} mm"
+        f"{of_size if dry_percent else ''}{left_out}"
+    )
 
 
 def cut_off(sizes: Sizes) -> str:

@@ -45,11 +45,11 @@ def adams_perchard(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, vn
 
 
 def goldman(s: Floats, ri: Floats, rj: Floats, wall: Flags, eta: float) -> tuple[Floats, Floats]:
-    """Return the coefficients of the sliding and of the spin part of the tangential viscous force (E 28, 29)."""
+    """Return the coefficients of the sliding and of the spin part of the tangential viscous force (E 28, 29), none below zero."""
     a = reduced_radius(ri, rj, wall)
     h = least_gap(s, ri, rj, wall)
     stokes, log = 6.0 * np.pi * eta * a, np.log(a / h)
-    slide = stokes * (8.0 / 15.0 * log + 0.9588)
+    slide = np.maximum(stokes * (8.0 / 15.0 * log + 0.9588), 0.0)
     near = 2.0 / 15.0 * log - 0.2526
     q = a / (h + a)
     far = (1.0 / 8.0) * (q**2) ** 2 * (1.0 - 3.0 / 8.0 * q)

@@ -131,7 +131,10 @@ def _classes(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
             f"{at}.type": (kind, "order of spheres"),
             f"{at}.radius_m": (0.5 * MM * s["diameter_mm"], f"spheres {s['name']} diameter_mm"),
             f"{at}.density_kg_per_m3": (material["density_kg_per_m3"], f"materials.{s['material']}"),
-            f"{at}.contact_angle_rad": (math.radians(material["contact_angle_deg"]), f"materials.{s['material']}"),
+            f"{at}.contact_angle_rad": (
+                math.radians(_angle(material["contact_angle_deg"], 15.0)),
+                f"materials.{s['material']}",
+            ),
         }
         if s["count"] or s["at_mm"]:
             found[f"{at}.count"] = (s["count"] or len(s["at_mm"]), f"spheres {s['name']}")
@@ -270,12 +273,19 @@ def _word(name: str) -> str:
     return f"{latin}_{digest}" if latin[:1].isalpha() else f"wall_{digest}"
 
 
+def _angle(*given: float | None) -> float:
+    """Return the first contact angle that is given [deg]."""
+    return next(a for a in given if a is not None)
+
+
 def _walls(written: Mapping[str, Any]) -> Expected:
     words = [_word(w["name"]) for w in written["walls"]]
+    material = written["materials"].get(written["wall_material"]) or {"contact_angle_deg": None}
     found: Expected = {"walls": (words, "walls")}
     for word, w in zip(words, written["walls"], strict=True):
         at, key = f"walls.{word}", f"walls {w['name']}"
-        found[f"{at}.contact_angle_rad"] = (math.radians(w["contact_angle_deg"]), f"{key} contact_angle_deg")
+        angle = _angle(w["contact_angle_deg"], material["contact_angle_deg"], 40.0)
+        found[f"{at}.contact_angle_rad"] = (math.radians(angle), f"{key} contact_angle_deg")
         found |= {f"{at}.motion_parameters.{k}": (v, f"{key} {m}") for k, v, m in _motion(w, written["origin_mm"])}
         if not any(w[m] for m in MOTIONS):
             found[f"{at}.motion"], found[f"{at}.motion_parameters"] = ("fixed", key), (None, key)

@@ -22,8 +22,6 @@ SIDE_MM = 5.0
 """Thickness of a deck's side walls and back wall."""
 TAIL = 0.01
 """Share of the coarsest mass that is cut off an unbounded distribution."""
-ANGLE_DEG = 40.0
-"""Contact angle of a deck's walls."""
 NO_MOTION: dict[str, Any] = {"vibrates": None, "turns": None, "moves": None, "removed": None}
 OPEN: dict[str, Any] = {"low_mm": [None] * 3, "high_mm": [None] * 3, "product": None, "crossing_above_mm": None}
 
@@ -71,7 +69,7 @@ def _walls(deck: Description) -> Iterator[dict[str, Any]]:
         names += [f"screen{number}", f"cross_wires{number}"][: 1 + (level["mesh"] in ("square", "woven"))]
     names += ["back"] if deck.get("periodic") else ["left", "right", "back"]
     for name in names:
-        yield {"name": name, "contact_angle_deg": ANGLE_DEG, **NO_MOTION, "vibrates": _stroke(deck["stroke"])}
+        yield {"name": name, "contact_angle_deg": None, **NO_MOTION, "vibrates": _stroke(deck["stroke"])}
 
 
 def _thick(level: Description) -> float:

@@ -185,6 +185,8 @@ def test_two_spheres_by_reduced_mass_and_radius() -> None:
     equal = {"radius_m": 0.87e-3, "density_kg_per_m3": 2500, **buck_tables.GLASS_WALL}
     del dry["wall"]
     assert wall.collide(parse(Problem, {**dry, "partner": equal}, "x"))["e_n"] == pytest.approx(0.96, abs=1e-6)
+    with raises_code("config.inconsistent", says="no gravity_m_per_s2 with partner"):
+        parse(Problem, {**dry, "partner": equal, "gravity_m_per_s2": 9.81}, "x")
     huge = {**equal, "radius_m": 1.0}
     at_sphere = wall.collide(parse(Problem, {**content(gravity_m_per_s2=0.0), "partner": huge, "wall": None}, "x"))
     at_wall = wall.collide(parse(Problem, content(gravity_m_per_s2=0.0), "x"))

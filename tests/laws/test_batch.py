@@ -19,7 +19,7 @@ from pywet.laws.kinds import FORCES, KINDS, PRESETS
 from pywet.laws.young_laplace import prepare
 
 BOTH_SIGNS = ("weigert", "weigert_as_printed", "soulie", "goldman", "lian", "buck")
-"""Laws with values of both signs, where digits cancel: there a value counts as no less than a hundredth of the largest."""
+"""Laws with values of both signs or cut at zero, where digits cancel: a value counts as at least a hundredth of the largest."""
 LAWS = [(kind, name) for kind in FORCES for name in registry.BUILT_IN[kind]]
 GIVEN = {"surface_tension": 0.07, "viscosity": 2e-3}
 ANGLES = [(0.2, 0.5), (0.5, 0.2), (0.0, 0.0)]

@@ -10,8 +10,9 @@ from pywet.laws.capillary import rabinovich
 from pywet.laws.capillary_fits import willett
 from pywet.laws.formation import formation_sphere
 from pywet.laws.rupture import pitois_dynamic, willett_unequal
-from pywet.laws.viscous import goldman_rotation, goldman_translation, pitois
+from pywet.laws.viscous import goldman_rotation, goldman_translation, lian_rotation, lian_translation, pitois
 from reference_impl.bridge import bridge as reference
+from reference_impl.replay import laws as replayed
 
 SIGMA, ETA = 0.0728, 1e-3
 PAIRS = [(2e-3, 2e-3), (3e-3, 2e-3), (5e-3, 1.5e-3), (2.5e-3, math.inf)]
@@ -135,6 +136,22 @@ def test_goldman_far_branch_and_its_step() -> None:
     gap = 0.1 * r - 2e-6
     assert goldman_rotation(gap * (1 - 1e-9), 2e-3, 2e-3, ETA) / unit == pytest.approx(0.0544113, abs=1e-6)
     assert goldman_rotation(gap * (1 + 1e-9), 2e-3, 2e-3, ETA) / unit == pytest.approx(0.0562710, abs=1e-6)
+
+
+@pytest.mark.parametrize(("ri", "rj"), PAIRS)
+def test_tangential_drag_never_pushes(ri: float, rj: float) -> None:
+    """Coefficients from touch to 1000 r_red, in pywet and in the reference; (8/15) ln(r/S) + 0.9588 = 0 at S = 6.04 r_red."""
+    wall = math.isinf(rj)
+    r = ri if wall else ri * rj / (ri + rj)
+    gaps = np.concatenate([np.geomspace(1e-3, 6.0, 50), np.geomspace(6.05, 1e3, 50)]) * r
+    one = np.ones(100)
+    given = gaps, ri * one, (ri if wall else rj) * one, wall & (one > 0.0), ETA
+    for slide in (
+        goldman_translation(gaps, ri, rj, ETA), lian_translation(gaps, ri, rj, ETA), lian_rotation(gaps, ri, rj, ETA),
+        replayed.goldman(*given)[0], *replayed.lian_drag(*given),
+    ):  # fmt: skip
+        assert (slide[:50] > 0.0).all() and (slide[50:] == 0.0).all()
+    assert (goldman_rotation(gaps, ri, rj, ETA) > 0.0).all() and (replayed.goldman(*given)[1] > 0.0).all()
 
 
 def test_drawn_volume_never_exceeds_the_film_and_splits_equal_twins_equally() -> None:

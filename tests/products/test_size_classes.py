@@ -12,6 +12,7 @@ import pytest
 import pywet
 from pywet.cases.custom import building
 from pywet.errors import ConfigError
+from pywet.laws.contact import film_volume
 from pywet.products.size_classes import SizeDistribution
 from tests.cases.custom.conftest import beads
 from tests.error_codes import raises_code
@@ -152,6 +153,19 @@ def test_numbers_of_spheres_are_reported_before_a_run(tmp_path: Path, caplog: py
         scene = building.write(pywet.Scene(**feed()), tmp_path / "run")
     assert f"feed ore: {sum(c.count for c in scene.classes)} spheres of 3 sizes" in caplog.text
     assert "50 % of its mass finer" in caplog.text
+
+
+def test_moisture_of_a_feed_is_that_of_each_size_and_per_cent_of_the_liquid_one_thickness() -> None:
+    """The sentence on the feed tells which, and names the other way."""
+    for liquid, more in (({}, {"moisture_percent": 2}), ({"percent": 2}, {})):
+        scene = pywet.Scene(**{**feed(**more), "liquid": liquid})
+        made = building.Building(scene)
+        film = [film_volume(h, c.radius_m) for h, c in zip(made.thickness, made.classes, strict=True)]
+        percent = [100 * 1000 * v / c.mass_kg for v, c in zip(film, made.classes, strict=True)]
+        same = percent if more else made.thickness
+        assert same == pytest.approx([same[0]] * 3, rel=1e-6)
+        told = "each size with 2 % of liquid (liquid.percent: one film thickness for all sizes)"
+        assert (told in building.feeds(scene, made.classes)[0]) == bool(more)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from pywet import scene as typed
 from pywet.cases.custom import extent, repeating
 from pywet.cases.custom.at_walls import PRESSED, expected, thickness
-from pywet.cases.custom.description import WALLS, Scene, Spheres
+from pywet.cases.custom.description import SPHERE_ANGLE_DEG, WALLS, Scene, Spheres
 from pywet.cases.custom.feeding import ahead_s, times, waiting, ways
 from pywet.cases.custom.placing import (
     COUNT_FROM,
@@ -284,13 +284,19 @@ class Building:
 
     @property
     def warnings(self) -> list[str]:
-        """Return warnings for an amount of liquid without effect, and for spheres that may pass through walls."""
+        """Return warnings for an amount of liquid and motions without effect, and spheres that may pass through walls."""
         found, liquid = [], self.user_scene.liquid
         amount = next((n for n in ("percent", "film_um") if getattr(liquid, n, None) is not None), None)
         if amount and all(s.percent is not None or s.film_um is not None for s in self.user_scene.spheres):
             found.append(
                 f"liquid.{amount} has no effect: all spheres have their own amount, those of a feed moisture_percent"
             )
+        end = self.user_scene.duration_s
+        for wall, motion in zip(self.user_scene.walls, self.motions, strict=True):
+            if isinstance(motion, typed.Slide) and motion.opens_at_s >= end:
+                found.append(
+                    f"wall {wall.name} does not move: it would from {motion.opens_at_s:g} s on, and the run ends at {end:g} s"
+                )
         for wall, surface in zip(self.user_scene.walls, self.surfaces, strict=True):
             thick = thickness(surface.corners)
             for c, pair in [(c, p) for c in self.classes for p in self.pairs if (p.a, p.b) == (c.type, 0)]:
@@ -326,7 +332,7 @@ class Building:
             "hertz": self.hertz,
             "liquid": self.liquid,
             "walls": tuple(
-                wall_mesh(s, math.radians(w.contact_angle_deg)).model_copy(
+                wall_mesh(s, math.radians(user_scene.wall_angle_deg(w))).model_copy(
                     update={"motion_parameters": motion, "feature_angle_deg": w.fold_deg}
                 )
                 for s, w, motion in zip(self.surfaces, user_scene.walls, self.motions, strict=True)
@@ -392,12 +398,13 @@ def write(
 
 
 def feeds(user_scene: Scene, classes: Sequence[typed.SphereClass]) -> list[str]:
-    """Describe each feed of a scene: number and sizes of spheres, mass left out."""
-    of = {feed.name: feed.psd.sizes(user_scene.folder) for feed in user_scene.feed}
-    return [
-        feed_sentence(name, sizes, sum(c.count for c in classes if c.name in {*entry_names(name, sizes)}))
-        for name, sizes in of.items()
-    ]
+    """Describe each feed of a scene: number and sizes of spheres, their liquid, mass left out."""
+    found = []
+    for feed in user_scene.feed:
+        sizes = feed.psd.sizes(user_scene.folder)
+        count = sum(c.count for c in classes if c.name in {*entry_names(feed.name, sizes)})
+        found.append(feed_sentence(feed.name, sizes, count, feed.dry_percent))
+    return found
 
 
 def _sphere_kg(spheres: Spheres, user_scene: Scene) -> float:
@@ -408,9 +415,10 @@ def _sphere_kg(spheres: Spheres, user_scene: Scene) -> float:
 def _sphere_class(kind: int, spheres: Spheres, user_scene: Scene, of_mass: int | None) -> typed.SphereClass:
     """Return the size class of an entry; `of_mass`: number of spheres computed from its mass."""
     material, given = user_scene.materials[spheres.material], spheres.insertion
+    angle = SPHERE_ANGLE_DEG if material.contact_angle_deg is None else material.contact_angle_deg
     return typed.SphereClass(
         name=spheres.name, type=kind, radius_m=spheres.radius_m, density_kg_per_m3=material.density_kg_per_m3,
-        contact_angle_rad=math.radians(material.contact_angle_deg),
+        contact_angle_rad=math.radians(angle),
         count=of_mass or spheres.count or len(spheres.at_mm or ()),
         insertion=typed.Insertion(**given.model_dump(exclude_none=True, exclude={"unusual"})) if given else None,
     )  # fmt: skip

@@ -34,6 +34,8 @@ PRESET = {"tolerance": {"value": 0.01, "source": "assumption", "reason": "one pe
 ROUNDED_M_PER_S2 = 1e-3
 """Rounding of a gravity that is given together with the inclination of a deck."""
 WATER = {"surface_tension_N_per_m": 0.0728, "viscosity_Pa_s": 1e-3, "density_kg_per_m3": 1000.0}
+SPHERE_ANGLE_DEG, WALL_ANGLE_DEG = 15.0, 40.0
+"""Contact angles of spheres and of walls if none is given."""
 Angle = Annotated[float, Field(ge=0, lt=90)]
 Percent = Annotated[float, Field(ge=0, le=MOST_PERCENT)]
 Entry = TypeVar("Entry", bound=BaseModel)
@@ -76,8 +78,8 @@ class Material(Dry):
 
     density_kg_per_m3: Positive
     """Density of a sphere."""
-    contact_angle_deg: Angle = 15.0
-    """Contact angle of the liquid on this material."""
+    contact_angle_deg: Angle | None = None
+    """Contact angle of the liquid on this material; by default 15 degrees on spheres and 40 on walls."""
     youngs_modulus_Pa: Modulus | None = None
     """Young's modulus of the contact law `hertz`, instead of a stiffness; 1e6 to 1e8 is usual for solids of 1e9 and more."""
     poissons_ratio: Poisson | None = None
@@ -448,10 +450,12 @@ class Scene(Excusable):
 
     def _wrong_contacts(self) -> list[str]:
         """List dry contacts that are given twice or not at all."""
-        found = doubled("contacts of different pairs", (" and ".join(sorted(c.between)) for c in self.contacts))
+        used = {*self._of_spheres} & self.materials.keys()
+        alone = {} if self.wall_material in used else {self.wall_material: WALLS}  # a material that only walls have
+        pairs = (sorted(alone.get(m, m) for m in c.between) for c in self.contacts)
+        found = doubled("contacts of different pairs", map(" and ".join, pairs))
         if WALLS in self.materials:
             found.append(f"materials of other names than {WALLS}, by which contacts mean all walls")
-        used = {*self._of_spheres} & self.materials.keys()
         walls = {m for m in self.materials if m == self.wall_material}
         met = {(a, b): self.dry(a, b if b in used else WALLS) for a in used for b in used | walls if a != b}
         missing = sorted({(min(pair), max(pair)) for pair, dry in met.items() if dry is None})
@@ -508,6 +512,12 @@ class Scene(Excusable):
     def material_of_walls(self) -> str:
         """Return the key of the material of all walls: the given one, or that of the spheres."""
         return self.wall_material or self._of_spheres[0]
+
+    def wall_angle_deg(self, wall: Wall) -> float:
+        """Return the contact angle [deg] on a wall: its own, or that of `wall_material`."""
+        of = self.materials[self.wall_material].contact_angle_deg if self.wall_material is not None else None
+        given = wall.contact_angle_deg if wall.contact_angle_deg is not None else of
+        return WALL_ANGLE_DEG if given is None else given
 
     @property
     def _of_spheres(self) -> list[str]:

@@ -343,8 +343,8 @@ class Wall(Excusable):
     """Shape: parallel round bars."""
     punched: Punched | None = None
     """Shape: a plate with holes."""
-    contact_angle_deg: Annotated[float, Field(ge=0, lt=90)] = 40.0
-    """Contact angle of the liquid on the wall."""
+    contact_angle_deg: Annotated[float, Field(ge=0, lt=90)] | None = None
+    """Contact angle of the liquid on the wall; by default that of the scene's `wall_material`, or 40 degrees."""
     vibrates: Vibrates | None = None
     """Motion: harmonic."""
     turns: Turns | None = None

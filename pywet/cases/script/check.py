@@ -79,7 +79,7 @@ def _script(path: Path, f: Facts) -> Iterator[str]:
 
 def _spheres(wet: Wet, kinds: Sequence[Kind]) -> tuple[Spheres, list[PywetError]]:
     """Return one sphere of each kind, with its film at any position."""
-    anywhere = tuple(first for first in wet.first_films if first.low_mm is None and first.high_mm is None)
+    anywhere = tuple(first for first in wet.first_films if first.everywhere)
     spheres = Spheres(wet.model_copy(update={"first_films": anywhere}))
     rows = [(n, k.atom_type, k.radius_m, k.mass_kg, (0.0,) * 3) for n, k in enumerate(kinds, start=1)]
     try:
@@ -95,6 +95,9 @@ def _films(wet: Wet, kinds: Sequence[Kind], table: pd.DataFrame | None) -> Itera
     amount = f"{liquid.percent:g} % by mass" if liquid.percent is not None else f"films of {liquid.film_um:g} um"
     of = f"{liquid.surface_tension_N_per_m:g} N/m, {liquid.viscosity_Pa_s:g} Pa s, {liquid.density_kg_per_m3:g} kg/m3"
     yield f"liquid: {of}, {amount}" + (", first_films apart" if wet.first_films else "")
+    for k, first in enumerate(wet.first_films, start=1):
+        if first.type is not None and first.type not in {kind.atom_type for kind in kinds}:
+            yield f"  entry {k} of first_films: the text of the script has no spheres of type {first.type}"
     if table is None:
         return
     thickness = film_thickness(table["film"].to_numpy(), table["radius"].to_numpy())
@@ -168,7 +171,7 @@ def _pair(f: Facts, scene: EngineScene, hertz: Hertz | None, of: dict[int, int],
     elif hertz is not None:
         normal, side = hertz.springs(scene.classes, ContactPair.model_construct(a=a, b=b))
         side = normal if f.normal_model == "hooke" else side  # rule of the engine
-    if normal is None or side is None:
+    if not normal or side is None:
         return None
     return ContactPair.model_construct(
         a=a, b=b, normal_stiffness_N_per_m=normal, tangential_stiffness_N_per_m=side, friction=friction or 0.0,

@@ -20,6 +20,9 @@ from pywet.errors import PywetError
 from pywet.geometry.stl import corners_in
 from pywet.util.files import read_bytes
 
+POSITIVE = {"youngsModulus", "coefficientRestitution", "characteristicVelocity"}
+"""Material properties that the engine refuses unless they are above 0."""
+
 
 @dataclass(frozen=True)
 class Kind:
@@ -69,6 +72,8 @@ class Facts:
     """Axes along which the box repeats."""
     hidden: list[str] = field(default_factory=list)
     """Quantities that only the engine can determine."""
+    not_positive: list[str] = field(default_factory=list)
+    """Quantities of 0 or less that must be above 0, which are otherwise left out."""
 
     @property
     def normal_model(self) -> str:
@@ -98,6 +103,9 @@ def facts(rows: Sequence[list[str]]) -> Facts:
                 found.pair = " ".join(models)
             case ["timestep", value, *_]:
                 found.time_step_s = number(value)
+                if found.time_step_s is not None and found.time_step_s <= 0.0:
+                    found.time_step_s = None
+                    found.not_positive.append(f"timestep {value}")
             case ["neighbor", value, *_]:
                 found.skin_m = number(value)
             case ["create_box", _, region, *_] if region in regions:
@@ -118,11 +126,12 @@ def facts(rows: Sequence[list[str]]) -> Facts:
 
 
 def number(word: str) -> float | None:
-    """Return a number of the script; None for anything else, such as an undefined variable."""
+    """Return a finite number of the script; None for anything else, such as an undefined variable."""
     try:
-        return float(word)
+        value = float(word)
     except ValueError:
         return None
+    return value if math.isfinite(value) else None
 
 
 def _numbers(words: Sequence[str]) -> tuple[float, ...] | None:
@@ -150,14 +159,15 @@ def _fix(found: Facts, name: str, style: str, more: list[str], used: set[str], w
         skip = 3 if more[1] in ("peratomtypepair", "atomtypepair") else 2
         if (values := _numbers(more[skip:])) is None:
             found.hidden.append(more[0])
+        elif more[0] in POSITIVE and min(values, default=1.0) <= 0.0:
+            found.not_positive.append(f"{more[0]} {min(values):g}")
         else:
             found.materials[more[0]] = values
-    elif style == "gravity" and more[1:2] == ["vector"]:
-        if (values := _numbers([more[0], *more[2:5]])) is None:
+    elif style == "gravity":
+        if (gravity := _gravity(more)) is None:
             found.hidden.append("gravity")
-        elif len(values) == 4 and (length := math.hypot(*values[1:])):
-            x, y, z = (values[0] * w / length for w in values[1:])
-            found.gravity = (x, y, z)
+        else:
+            found.gravity = gravity
     elif style == "particletemplate/sphere" and name in used:
         _template(found, name, more, given)
     elif style.startswith("mesh/surface"):
@@ -174,6 +184,21 @@ def _fix(found: Facts, name: str, style: str, more: list[str], used: set[str], w
             found.primitives[name] = " ".join(more[more.index("primitive") + 3 :])
 
 
+def _gravity(more: list[str]) -> tuple[float, float, float] | None:
+    """Return gravity [m/s2] from arguments such as `9.81 vector 0 0 -1`, `9.81 chute 20` or `9.81 spherical 0 160`."""
+    style = more[1] if len(more) > 1 else ""
+    count = {"vector": 3, "chute": 1, "spherical": 2}.get(style, 0)
+    values = _numbers([more[0], *more[2 : 2 + count]]) if count else None
+    if values is None or len(values) != 1 + count:
+        return None
+    size, *way = values
+    if style != "vector":
+        phi, theta = map(math.radians, way if style == "spherical" else (0.0, 180.0 - way[0]))
+        way = [math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)]
+    length = math.hypot(*way)
+    return (size * way[0] / length, size * way[1] / length, size * way[2] / length) if length else None
+
+
 def _template(found: Facts, name: str, more: list[str], given: dict[str, str]) -> None:
     """Add a template from arguments such as `atom_type 1 density constant 2500 radius constant 0.002`."""
     values = {}
@@ -183,6 +208,9 @@ def _template(found: Facts, name: str, more: list[str], given: dict[str, str]) -
             values[key] = value
         elif key == "radius" and words and words[0] != "constant":
             found.drawn.append((name, " ".join(words)))
+    if wrong := [f"{key} {value:g} of template {name}" for key, value in values.items() if value <= 0.0]:
+        found.not_positive += wrong
+        return
     atom_type = number(given.get("atom_type", "1"))
     if len(values) == 2 and atom_type:
         found.kinds.append(Kind(f"template {name}", int(atom_type), values["radius"], values["density"]))
@@ -203,7 +231,7 @@ def _data(found: Facts, file: str) -> None:
     rows = {tuple(line.split()[1:4]) for line in part[1].splitlines()} if part else set()
     for values in sorted(filter(None, map(_numbers, rows))):
         atom_type, diameter, density = values if len(values) == 3 else (0.0,) * 3
-        if diameter > 0.0:
+        if diameter > 0.0 and density > 0.0:
             found.kinds.append(Kind(f"data file {file}", int(atom_type), 0.5 * diameter, density))
     if part and not found.kinds:
         found.hidden.append(f"spheres of {file}")
@@ -233,6 +261,8 @@ def problems(found: Facts) -> Iterator[PywetError]:
         yield from of_box(periodic_lengths_m(found).values(), touch + found.skin_m, found.skin_m)
     for template, words in found.drawn:
         yield refusal("wet.drawn", f"template {template} draws its radius from `{words}`")
+    for given in found.not_positive:
+        yield refusal("wet.positive", given)
     for mesh in found.meshes:
         if "$" not in mesh.file and not Path(mesh.file).is_file():
             yield refusal("wet.mesh_file", f"{mesh.file} of the mesh {mesh.name}")

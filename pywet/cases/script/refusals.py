@@ -11,6 +11,7 @@ Walls = str | Mapping[str, Any] | None
 """Type of `walls` in the liquid's file: dry, an angle or dry for each, or not given."""
 SENTENCES = {
     "wet.no_line": ("the script {given} has no line `fix ID all pywet …`", "one such line"),
+    "wet.no_run": ("the script {given} ran no step with fix pywet", "a `run` after its line, which no jump leaves out"),
     "wet.two_lines": ("the script has {given} lines of fix pywet", "one"),
     "wet.words": ("fix pywet was given the words `{given}`", "liquid FILE [log FOLDER] [every STEPS] [windows STEPS]"),
     "wet.hidden": (
@@ -60,6 +61,7 @@ SENTENCES = {
         "spheres before the first `run`, or a fix that inserts them, such as pour",
     ),
     "wet.drawn": ("{given}, each sphere of its own kind", "radius constant, in as many templates as there are sizes, 32 at most"),
+    "wet.positive": ("the script has {given}", "a number above 0"),
     "wet.mesh_file": ("there is no file {given}", "the path of a mesh, as seen from where the script runs"),
     "wet.moved_group": ("fix {given} moves only some of the spheres", "nve/sphere of the group all"),
     "wet.one_process": ("LAMMPS was started as {given} processes", "one: its ranks have no ghosts that hold films"),

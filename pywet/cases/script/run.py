@@ -31,8 +31,10 @@ from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.worker import LINE_BUFFERED, plugin_rank
 from pywet.errors import EngineError, border
 from pywet.geometry import Surface
+from pywet.runs import record
 from pywet.runs.tables import ledger_error
 from pywet.scene import EngineScene
+from pywet.util.notices import notice
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ def run(path: Path, words: list[str], say: Callable[[str], None], engine: str = 
             code="wet.engine_ended", given=status, where=path,
         )  # fmt: skip
     if not there:
-        raise refusal("wet.no_line", str(path))
+        raise refusal("wet.no_run", str(path))
     ledger = folder.ledger(log)
     formed, ruptured = folder.counts(log)
     return Outcome(log, formed, ruptured, ledger_error(ledger), int(ledger["step"].iloc[-1]))
@@ -183,6 +185,7 @@ class _Script:
             noted: dict[str, Any] = {"restored": bool(state["restored"]), "other_forces": other_forces(state)}
             noted |= {"dry_walls": dry_walls(state, self.wet), "periodic_m": self._periodic}
             folder.begin(self._log, surfaces, scene, noted)
+            record.leave_reference(self._log, self.wet.laws.reference)
         self._note(scene, table)
         raw.mkdir(parents=True, exist_ok=True)
         prepare_laws(scene)
@@ -228,6 +231,8 @@ class _Script:
         last = int(json.loads(self._plugin.script_state())["last"])  # on all ranks: the engine compares their radii
         if plugin_rank() == 0:
             folder.note_end(self._log, last)
+            for k in self._spheres.unused:
+                notice.warning("%s: entry %d of first_films applied to no sphere", self.line.liquid, k)
 
     def check(self) -> None:
         """Check the state of the engine at the start of a run."""

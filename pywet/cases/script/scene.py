@@ -37,6 +37,8 @@ class Spheres:
         self.classes: list[SphereClass] = []
         self.come: list[pd.DataFrame] = []
         self._known: dict[tuple[int, float, float], int] = {}
+        self.unused = dict(enumerate(wet.first_films, start=1))
+        """Entries of `first_films` that have applied to no sphere so far, by number."""
 
     @property
     def table(self) -> pd.DataFrame:
@@ -63,6 +65,8 @@ class Spheres:
                 )
             )  # fmt: skip
         films = [self.wet.film_m3(int(r["type"]), float(r["mass"]), float(r["radius"]), tuple(r["x"])) for r in rows]
+        used = {id(self.wet.first(int(r["type"]), tuple(r["x"]))) for r in rows} if self.unused else set()
+        self.unused = {k: first for k, first in self.unused.items() if id(first) not in used}
         table = pd.DataFrame(
             {
                 "id": rows["id"].astype(np.int64), "type": [self._known[_kind(row)] for row in rows],

@@ -15,7 +15,7 @@ from pywet.cases.custom.walls import chosen
 from pywet.cases.script.refusals import refusal
 from pywet.config.loading import parse, placed_laws, read_yaml
 from pywet.config.settings import LawSettings
-from pywet.laws import registry
+from pywet.laws import custom_laws, registry
 from pywet.laws.contact import film_volume
 from pywet.laws.kinds import PRESETS
 from pywet.planning.time_steps import refuse_nonlinear_drag
@@ -48,7 +48,15 @@ class First(Strict):
     @model_validator(mode="after")
     def _one_amount(self) -> Self:
         chosen(self, "percent", "film_um", needed=True)
+        low, high = self.low_mm, self.high_mm
+        if low and high and not all(a < b for a, b in zip(low, high, strict=True)):
+            raise ValueError("each number of low_mm to be less than that of high_mm")
         return self
+
+    @property
+    def everywhere(self) -> bool:
+        """Whether this entry applies at every position."""
+        return self.low_mm is None and self.high_mm is None
 
     def holds(self, atom_type: int, place_m: Vector) -> bool:
         """Decide whether this entry of `first_films` applies to a sphere."""
@@ -83,6 +91,10 @@ class Wet(Strict):
     def _amount(self) -> Self:
         if self.liquid.percent is None and self.liquid.film_um is None:
             raise ValueError("liquid.percent or liquid.film_um, the amount of liquid (0: none)")
+        if self.laws.shedding is not None:
+            raise ValueError(f"no laws.shedding ({self.laws.shedding}): the spheres of a script shed no drops")
+        if any(first.everywhere and first.type is None for first in self.first_films[:-1]):
+            raise ValueError("an entry without type and box only as the last one of first_films")
         return self
 
     @property
@@ -101,9 +113,13 @@ class Wet(Strict):
         given = self.contact_angle_deg
         return given.get(str(atom_type)) if isinstance(given, dict) else given
 
+    def first(self, atom_type: int, place_m: Vector) -> First | None:
+        """Return the entry of `first_films` that applies to a sphere."""
+        return next((first for first in self.first_films if first.holds(atom_type, place_m)), None)
+
     def film_m3(self, atom_type: int, mass_kg: float, radius_m: float, place_m: Vector) -> float:
         """Return the liquid [m3] on a sphere when it is inserted."""
-        amount = next((first for first in self.first_films if first.holds(atom_type, place_m)), self.liquid)
+        amount = self.first(atom_type, place_m) or self.liquid
         if amount.film_um is not None:
             return film_volume(1e-6 * amount.film_um, radius_m)
         return 0.01 * (amount.percent or 0.0) * mass_kg / self.liquid.density_kg_per_m3
@@ -115,6 +131,10 @@ class Wet(Strict):
         wet = wet.model_copy(update={"laws": placed_laws(wet.laws, path.resolve().parent)})
         for kind, law in wet.effects.laws.items():
             registry.get(kind, law)
+            if custom_laws.is_custom(law):
+                from pywet.laws import checks  # it imports the exact bridge
+
+                checks.warn(kind, law)
         refuse_nonlinear_drag(wet.effects, wet.viscous_integration, "viscous_integration", str(path))
         return wet
 

@@ -108,6 +108,8 @@ class Problem(Strict):
     def _consistent(self) -> Problem:
         if (self.wall is None) == (self.partner is None):
             raise ValueError("either wall or partner, and not both")
+        if self.partner is not None and "gravity_m_per_s2" in self.model_fields_set and self.gravity_m_per_s2:
+            raise ValueError("no gravity_m_per_s2 with partner: free spheres fall alike")
         if self.liquid is not None and self.chosen().capillary != "bridge":
             c = self.particle.radius_m * (1.0 - math.cos(math.radians(self.liquid.half_filling_angle_deg)))
             if self.liquid.layer_thickness_m >= c:

@@ -18,6 +18,7 @@ from pywet.cli.app import app
 from pywet.planning import time_steps
 from pywet.products.deck import Stroke
 from pywet.scene import EngineScene
+from reference_impl.scene import check
 from tests.cases.custom.conftest import beads, example
 from tests.error_codes import raises_code
 
@@ -60,6 +61,35 @@ def test_spheres_lie_in_their_region_and_do_not_touch() -> None:
     assert at[:, 2].max() < 20  # the lowest part, at a solid fraction of 0.28 or a little less
     low, high = made.box
     assert (low < at.min(axis=0) * 1e-3 - 0.0015).all() and (high > at.max(axis=0) * 1e-3 + 0.0015).all()
+
+
+def test_a_wall_that_moves_after_the_end_is_named() -> None:
+    """Not refused: a trial run of a scene is short."""
+    shape = {"block": {"low_mm": (0, 0, -9), "high_mm": (20, 20, -5)}}
+    motions = [{"removed": {"at_s": at, "towards": (1, 0, 0)}} for at in (0.005, 0.01)]
+    motions.append({"moves": {"velocity_m_per_s": (0, 0, -1), "from_s": 5, "for_s": 1}})
+    walls = [{"name": f"w{k}", **shape, **motion} for k, motion in enumerate(motions)]
+    warned = [w for w in Building(pywet.Scene(**beads(walls=walls))).warnings if "does not move" in w]
+    assert [w.split(":")[0] for w in warned] == ["wall w1 does not move", "wall w2 does not move"]
+
+
+@pytest.mark.parametrize(
+    ("wall", "material", "degrees"),
+    [({}, {}, 40.0), ({}, {"contact_angle_deg": 75}, 75.0), ({"contact_angle_deg": 0}, {"contact_angle_deg": 75}, 0.0)],
+)
+def test_walls_have_the_contact_angle_of_their_material(
+    wall: dict[str, float], material: dict[str, float], degrees: float, tmp_path: Path
+) -> None:
+    """Unless they have their own; spheres without any have 15 degrees; the reference agrees."""
+    scene = beads(
+        materials={"glass": {"density_kg_per_m3": 2500}, "steel": {"density_kg_per_m3": 7800, **material}},
+        contacts=[{"between": ["glass", "steel"]}], wall_material="steel",
+        walls=[{"name": "cup", "vessel": {"inner_width_mm": 24, "height_mm": 45, "origin_mm": (10, 10, -1)}, **wall}],
+    )  # fmt: skip
+    made = write(pywet.Scene(**scene), tmp_path)
+    angles = [w.contact_angle_rad for w in made.walls] + [c.contact_angle_rad for c in made.classes]
+    assert np.degrees(angles) == pytest.approx([degrees, 15.0])
+    assert check.check(tmp_path).findings == []
 
 
 @pytest.mark.parametrize(

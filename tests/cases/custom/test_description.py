@@ -111,6 +111,14 @@ RUBBER = {"glass": {"density_kg_per_m3": 2500}, "rubber": {"density_kg_per_m3": 
             {"contacts": [{"between": ("glass", "walls"), "friction": 0.1}, {"between": ("walls", "glass")}]},
             "contacts of different pairs (glass and walls is there 2 times)",
         ),
+        (
+            {
+                "materials": RUBBER,
+                "wall_material": "rubber",
+                "contacts": [{"between": ("glass", "walls")}, {"between": ("rubber", "glass"), "friction": 0.1}],
+            },
+            "contacts of different pairs (glass and walls is there 2 times)",
+        ),
         ({"contacts": [{"between": ("walls", "walls")}]}, "contacts to name a material (glass), not walls"),
         ({"materials": {**RUBBER, "walls": RUBBER["glass"]}}, "materials of other names than walls"),
         ({"materials": RUBBER, "wall_material": "rubber"}, "an entry in contacts with between: [glass, rubber]"),

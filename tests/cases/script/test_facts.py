@@ -48,6 +48,17 @@ def test_lines_that_end_as_in_other_systems_are_read_alike(tmp_path: Path) -> No
     assert rows[0] == rows[1] and ["pair_style", "gran", "model", "hertz", "tangential", "history"] in rows[1]
 
 
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [("chute 30", (4.905, 0.0, -8.4957)), ("spherical 90 150", (0.0, 4.905, -8.4957)), ("vector 0 3 -4", (0.0, 5.886, -7.848)),
+     ("chute ${a}", None), ("gradient 0 180 0 10", None), ("vector 0 0", None)],
+)  # fmt: skip
+def test_gravity_in_every_style_is_known_or_named(words: str, expected: tuple[float, ...] | None) -> None:
+    found = facts([["fix", "g", "all", "gravity", "9.81", *words.split()]])
+    assert found.gravity == (None if expected is None else pytest.approx(expected, abs=1e-4))
+    assert found.hidden == (["gravity"] if expected is None else [])
+
+
 def test_values_that_only_the_engine_knows_are_not_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither by those of the next atom type nor by zero: the quantity is named, and nothing is estimated from it."""
     monkeypatch.chdir(tmp_path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from pywet.cli.app import app
 from pywet.config.loading import parse
 from pywet.engines.liggghts.plugin_api import NEWCOMER
 from pywet.errors import ConfigError, PywetError
+from pywet.laws.kinds import KINDS
 from tests.cases.script.scripts import AFTER, BEFORE, LINE, PLATE_ALONE, SHAKEN, WET, write
 from tests.error_codes import raises_code
 
@@ -98,6 +100,11 @@ WRONG_SCRIPTS = [
     ("wet.moved_group", {"before": BEFORE.replace("integr all", "integr fine")}),
     ("wet.skin", {"before": BEFORE.replace("0.002 bin", "0.0001 bin")}),
     ("wet.drawn", {"before": BEFORE.replace("radius constant 0.003", "radius uniform 0.002 0.003")}),
+    ("wet.positive", {"before": BEFORE.replace("radius constant 0.003", "radius constant 0")}),
+    ("wet.positive", {"before": BEFORE.replace("density constant 2500", "density constant -2500")}),
+    ("wet.positive", {"before": BEFORE.replace("0.00001", "0.0")}),
+    ("wet.positive", {"before": BEFORE.replace("peratomtype 5.e6", "peratomtype 0")}),
+    ("wet.positive", {"before": BEFORE.replace("peratomtypepair 1 0.6", "peratomtypepair 1 0")}),
     ("wet.mesh_file", {"before": SHAKEN.replace("plate.stl", "plat.stl"), "wet": WET.replace("dry", PLATE_ALONE)}),
     ("wet.angle", {"wet": WET.replace("15", "{2: 15}")}),
 ]
@@ -105,6 +112,9 @@ WRONG_LIQUIDS = [
     ("config.unknown_key", WET.replace("percent", "percentage")),
     ("config.missing_key", WET.replace("contact_angle_deg: 15\n", "")),
     ("config.inconsistent", WET.replace("percent: 1.0", "")),
+    ("config.inconsistent", f"{WET}laws: {{shedding: tate}}\n"),
+    ("config.inconsistent", f"{WET}first_films: [{{low_mm: [0, 0, 50], high_mm: [90, 90, 0], film_um: 20}}]\n"),
+    ("config.inconsistent", f"{WET}first_films: [{{film_um: 20}}, {{type: 1, film_um: 10}}]\n"),
     ("config.value", WET.replace("15", "100")),
     ("config.value", WET.replace("dry", "wet")),
     ("config.not_yaml", "liquid: ["),
@@ -163,6 +173,16 @@ def test_a_drag_that_is_not_proportional_to_the_velocity(tmp_path: Path, monkeyp
     assert found.wet.effects.viscous_normal == "buck_water"
 
 
+def test_a_wrong_law_is_warned_of(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """A force in another unit than newton, as in a plan."""
+    names = ", ".join(KINDS["capillary"].parts[0].arguments)
+    law = f"from pywet.laws.force_law import force_law\n\n\n@force_law\ndef law({names}):\n    return surface_tension\n"
+    (tmp_path / "mine.py").write_text(law)
+    (tmp_path / "wet.yaml").write_text(f"{WET}laws: {{capillary: mine.py:law}}\n")
+    Wet.read(tmp_path / "wet.yaml")
+    assert any("WRONG law: dimensions" in r.getMessage() for r in caplog.records)
+
+
 def wet(**more: Any) -> Wet:
     return parse(Wet, {"liquid": {"percent": 1.0}, "contact_angle_deg": 15, **more}, "wet.yaml")
 
@@ -206,6 +226,22 @@ def test_classes_are_types_and_sizes_of_the_script() -> None:
     assert found.table["type"].tolist() == [1, 2, 3]
     assert found.table["film"].to_numpy() == pytest.approx([0, 8e-10, 6e-9])
     assert found.classes[0].contact_angle_rad == pytest.approx(0.6981317)
+
+
+def test_first_films_of_no_sphere_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the check those of types that the text does not have, by the run also those of boxes without spheres."""
+    films = [
+        {"type": 1, "high_mm": [5, 5, 5], "percent": 2},
+        {"type": 7, "percent": 5},
+        {"low_mm": [99] * 3, "film_um": 1},
+    ]
+    assert [*spheres(first_films=films).unused] == [2, 3]
+    monkeypatch.chdir(tmp_path)
+    lines, wrong = check(write(tmp_path, wet=f"{WET}first_films: {json.dumps(films)}\n"))
+    assert [line.strip() for line in lines if "no spheres of type" in line] == [
+        "entry 2 of first_films: the text of the script has no spheres of type 7"
+    ]
+    assert not wrong
 
 
 def test_the_skin_is_shared_between_films_and_ways() -> None:

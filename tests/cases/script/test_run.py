@@ -16,7 +16,9 @@ import pytest
 
 from pywet.cases.script import folder
 from pywet.cases.script.folder import SCRIPT
+from pywet.runs import record
 from pywet.schema import RAW
+from reference_impl.replay.command import outcome
 from tests.cases.script.scripts import AFTER, BEFORE, LINE, PLATE_ALONE, SHAKEN, WET, read, run, write
 
 pytestmark = pytest.mark.engine
@@ -125,6 +127,14 @@ def test_what_only_the_engine_knows_is_refused_at_the_line(tmp_path: Path, chang
     assert not (tmp_path / "wet").exists()
 
 
+@pytest.mark.parametrize("after", ["", "quit\n"])
+def test_a_script_that_runs_no_step_after_the_line(tmp_path: Path, after: str) -> None:
+    write(tmp_path, after=after)
+    done = run(tmp_path)
+    assert done.returncode == 1 and "ran no step with fix pywet; expected a `run`" in read(done.stderr), done.stderr
+    assert not (tmp_path / "wet").exists()
+
+
 @pytest.mark.slow
 def test_a_run_that_is_refused_keeps_the_tables_of_the_one_before(tmp_path: Path) -> None:
     write(tmp_path, after="run 500\ntimestep 0.000005\nrun 500\n")
@@ -135,15 +145,33 @@ def test_a_run_that_is_refused_keeps_the_tables_of_the_one_before(tmp_path: Path
 
 def test_bridges_are_counted_to_the_end_of_the_script(tmp_path: Path) -> None:
     """Of a script that ends 900 steps after its last output."""
-    write(tmp_path, line="fix wet all pywet liquid wet.yaml", after="run 1900\n")
+    named = f"{WET}first_films: [{{type: 1, high_mm: [-99, 0, 0], percent: 5}}]\n"
+    write(tmp_path, line="fix wet all pywet liquid wet.yaml", after="run 1900\n", wet=named)
     done = run(tmp_path)
     assert done.returncode == 0, done.stderr
+    assert "wet.yaml: entry 1 of first_films applied to no sphere" in read(done.stderr)
     events, ledger = (table(tmp_path, name) for name in ("events", "ledger"))
     assert ledger["step"].tolist() == [1, 1001] and folder.ended_at_step(tmp_path / "wet") == 1901
     formed, ruptured = (int((events["kind"] == kind).sum()) for kind in (0, 1))
     assert formed > ledger["formations"].iloc[-1] > 0 and folder.counts(tmp_path / "wet") == (formed, ruptured)
     assert f"{formed} bridges formed, {ruptured} ruptured; ledger closed to" in read(done.stdout)
     assert "up to the output at step 1001" in read(done.stdout)
+
+
+def test_a_law_of_the_user_and_its_reference_are_those_of_the_replay(tmp_path: Path) -> None:
+    """Both files are named in the liquid's file, next to it."""
+    arguments = "separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension"
+    gives = f"def neck({arguments}):\n    return surface_tension * radius_i * radius_j / (radius_i + radius_j)\n"
+    (tmp_path / "law.py").write_text(f"from pywet.laws.force_law import force_law\n\n\n@force_law\n{gives}")
+    (tmp_path / "second.py").write_text(gives)
+    laws = "laws: {capillary: law.py:neck, reference: {capillary: second.py:neck}}\n"
+    write(tmp_path, after="run 1000\n", wet=f"{WET}{laws}")
+    done = run(tmp_path)
+    assert done.returncode == 0, done.stderr
+    second = record.reference(tmp_path / "wet")
+    assert second == {"capillary": f"{tmp_path / 'second.py'}:neck"}
+    found = outcome(tmp_path / "wet", functions=second)
+    assert found["status"] == "agrees" and found["quantities"]["capillary"]["count"] > 20
 
 
 def test_a_line_that_the_engine_reads_otherwise_than_the_text(tmp_path: Path) -> None:

@@ -117,3 +117,24 @@ def test_energy_of_a_sphere_that_slides_along_a_plate(tmp_path: Path, law: str, 
     expected = (2.5 / (q + 2.5)) ** 2 * (1.0 + 0.4 * q**2)
     assert (expected > 1.0) is gains
     assert moving[-1] / moving[0] == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_long_bridge_brakes_the_spheres_that_stretch_it(tmp_path: Path) -> None:
+    """To S = 60 r_red, ten times the range of the tangential law's series: with `lian` the kinetic energy never rises."""
+    bodies = [
+        small.Sphere(1, (0.0, 0.0, z), (0.5 * k, 0.0, 1.5 * k), film=0.05 * R**3)
+        for k, z in ((-1.0, 0.0), (1.0, 2 * R + 1e-5))
+    ]
+    effects = small.PAPER.model_copy(update={"capillary": None, "viscous_normal": None, "viscous_tangential": "lian"})
+    liquid = Liquid(
+        surface_tension_N_per_m=1e-3, viscosity_Pa_s=1.0, density_kg_per_m3=1000.0, initial_film_thickness_m=1e-4
+    )
+    small.prepare(
+        tmp_path, spheres_of(R), bodies, contacts(1), liquid=liquid, effects=effects, time_step_s=1e-5, steps=2500,
+        output_interval_s=1e-4,
+    )  # fmt: skip
+    small.run(tmp_path, bodies)
+    energy = beds.table(tmp_path, "history/energy")
+    moving = (energy["kinetic"] + energy["spin"]).to_numpy()
+    assert (np.diff(moving) <= 1e-12 * moving[0]).all()
+    assert beds.table(tmp_path, "history/contacts")["separation"].max() > 6.04 * 0.5 * R
