@@ -83,19 +83,25 @@ def _columns(sweep: Sweep, made: pd.DataFrame) -> dict[tuple[str, ...], Floats]:
     return found
 
 
+def _with(made: pd.DataFrame, result: str) -> pd.DataFrame:
+    """Return the rows that have a result."""
+    return made[(made["status"] == DONE) & made[result].notna()]
+
+
 def effects(sweep: Sweep, made: pd.DataFrame, result: str, seeded: bool = True) -> Effects | None:
-    """Return main effects and interactions of a result over all runs that have it.
+    """Return main effects and interactions of a result over all runs that have it, each run once.
 
     The result is None if there are too few, or if all are equal. For runs without a seed, which have no scatter,
     nothing is tested.
     """
-    rows = made[(made["status"] == DONE) & made[result].notna()].reset_index(drop=True)
+    every = _with(made, result)
+    rows = every.drop_duplicates("run").reset_index(drop=True)
     if len(rows) < 3 or rows[result].nunique() < 2:
         return None
     columns, left_out = _columns(sweep, rows), ""
     if not _estimable(columns, len(rows)):
         columns = {axes: c for axes, c in columns.items() if len(axes) == 1}
-        left_out = "the design has too few points for interactions"
+        left_out = "the points do not determine the interactions"
     if not columns or not _estimable(columns, len(rows)):
         return None
     y = rows[result].to_numpy(float)
@@ -103,6 +109,8 @@ def effects(sweep: Sweep, made: pd.DataFrame, result: str, seeded: bool = True) 
     variance, freedom, error = _error(rows, result, residual, sum(c.shape[1] for c in columns.values()))
     if not seeded:
         freedom, error = 0, "none, as there are no seeds: nothing is tested"
+    if repeats := len(every) - len(rows):
+        error += f"; {repeats} of {len(every)} rows repeat the run of another point and are not counted"
     variance = max(variance, (statistics.ROUND_OFF * float(np.abs(y).max())) ** 2)
     found, p_values = [], []
     for axes, inside in columns.items():
@@ -167,20 +175,22 @@ class Optimum:
 
 def optimum(sweep: Sweep, made: pd.DataFrame, result: str, largest: bool) -> Optimum | None:
     """Find the point at which a result is largest (or smallest); None if no run has the result."""
-    rows = made[(made["status"] == DONE) & made[result].notna()]
+    every = _with(made, result)
+    rows = every.drop_duplicates("run")
     if rows.empty:
         return None
     groups = {int(n): rows.loc[rows["point"] == n, result].to_numpy(float) for n in rows["point"].unique()}
     order = sorted(groups, key=lambda n: groups[n].mean(), reverse=largest)
     best = order[0]
-    first = rows.drop_duplicates("point").set_index("point")
+    first = every.drop_duplicates("point").set_index("point")
     scatter, freedom = _scatter(groups)
-    alike = [best, *_alike(groups, best, order[1:], scatter, freedom)]
+    runs = rows.loc[rows["point"].isin([best, *_alike(groups, best, order[1:], scatter, freedom)]), "run"]
+    alike = sorted({int(n) for n in every.loc[every["run"].isin(runs), "point"]})
     spans = {key: _span(first.loc[alike, key]) for key in sweep.axes}
     half = statistics.half_width(scatter, len(groups[best]), freedom, CONFIDENCE) if freedom else None
     return Optimum(
         result, "largest" if largest else "smallest", best, {key: first.loc[best, key] for key in sweep.axes},
-        float(groups[best].mean()), half, sorted(alike), spans, order[1] if len(order) > 1 else None,
+        float(groups[best].mean()), half, alike, spans, order[1] if len(order) > 1 else None,
     )  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import product
 from pathlib import Path
 
@@ -28,7 +29,13 @@ def table_of(sweep: Sweep, seeds: int, noise: float) -> pd.DataFrame:
         for seed in range(seeds):
             y = at["a"] + (1.0 + 2.0 * at["a"]) * (at["law"] == "y") + noise * random.normal()
             rows.append({"point": k, **at, "seed": seed, "e_n": y, "f": random.normal(), "status": DONE, "reason": ""})
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows).assign(run=range(len(rows)))
+
+
+def repeated(made: pd.DataFrame) -> pd.DataFrame:
+    """The same where a and b mean nothing to law x, as properties of the liquid to a dry bed: these points share their runs."""
+    same = made["run"].where(made["law"] == "y", made.groupby(["law", "seed"])["run"].transform("first"))
+    return made.assign(run=same)
 
 
 @pytest.fixture
@@ -48,16 +55,37 @@ def test_effects_that_are_there_are_significant_and_others_not(sweep: Sweep) -> 
     )  # ±1 of a times ±½ of law, times 2·2 / 2
 
 
-def test_equal_groups_are_called_different_no_more_often_than_the_level(sweep: Sweep) -> None:
+@pytest.mark.parametrize("change", [lambda made: made, repeated], ids=["all different", "some share runs"])
+def test_equal_groups_are_called_different_no_more_often_than_the_level(
+    sweep: Sweep, change: Callable[[pd.DataFrame], pd.DataFrame]
+) -> None:
     """Expect significant terms in 5 % of 200 results of noise alone; 20 are 3.2 standard deviations more."""
     random = np.random.default_rng(11)
-    made = table_of(sweep, 2, 0.0)
+    made = change(table_of(sweep, 2, 0.0))
     called = 0
     for _ in range(200):
-        found = significance.effects(sweep, made.assign(e_n=random.normal(size=len(made))), "e_n")
+        noise = random.normal(size=len(made))
+        found = significance.effects(sweep, made.assign(e_n=noise[made["run"]]), "e_n")
         assert found is not None
         called += any(t.significant for t in found.terms)
     assert called < 20
+
+
+def test_points_that_share_runs_count_once(sweep: Sweep) -> None:
+    """7 points of 2 seeds are left, and the sentence names the other 10 rows; all points of the best runs are like the best."""
+    made = repeated(table_of(sweep, 2, 0.0))
+    made["e_n"] = np.random.default_rng(4).normal(made["law"] == "x", 0.01)[made["run"]]
+    found = significance.effects(sweep, made, "e_n")
+    assert found is not None and found.error == (
+        "the scatter of seeds (7 degrees of freedom); 10 of 24 rows repeat the run of another point and are not counted"
+    )
+    best = significance.optimum(sweep, made, "e_n", largest=True)
+    assert best is not None and best.ranges == {"a": "0 to 2", "b": "0 to 1", "law": "x"} and len(best.alike) == 6
+    curves = [
+        [[*line.get_ydata()] for line in figures.drawn(sweep, rows, ["e_n"], "law", "e_n").axes[0].get_lines()]
+        for rows in (made, made.drop_duplicates("run"))
+    ]
+    assert curves[0] == curves[1]
 
 
 def test_without_seeds_nothing_is_tested_and_shares_add_up(sweep: Sweep) -> None:
@@ -99,12 +127,15 @@ def test_a_surface_is_known_within_its_standard_error(tmp_path: Path) -> None:
     a, b = (v.ravel() for v in np.meshgrid(*(axis.listed for axis in sweep.axes.values())))
     for _ in range(30):
         made = pd.DataFrame({"a": a, "b": b, "e_n": truth(a, b) + random.normal(0, 0.2, 25), "status": DONE})
+        made["run"] = range(25)
         response = surface.through(sweep, made, "e_n", ["a", "b"])
         assert response is not None
         at = np.column_stack([random.uniform(0, 1, 10), 10 ** random.uniform(0, 2, 10)])
         mean, error = response.at(at)
         inside += (np.abs(mean - truth(*at.T)) < 2.09 * error).tolist()
     assert 0.90 < np.mean(inside) < 0.99
+    twice = surface.through(sweep, pd.concat([made, made]), "e_n", ["a", "b"])
+    assert twice is not None and twice.at(at)[1] == pytest.approx(error)  # rows that share a run count once
 
 
 def test_next_points_go_where_no_point_is_and_where_interpolations_differ() -> None:
