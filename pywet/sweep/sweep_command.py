@@ -73,9 +73,10 @@ def failures(made: pd.DataFrame) -> str | None:
     if failed.empty:
         return None
     first = failed.iloc[0]
+    again = "; the next call tries them again" if made.attrs["missing"] else ""
     return (
         f"{len(failed)} of {len(made)} runs have no results, first point {first['point']}, seed {first['seed']}: "
-        f"{first['reason']}; the next call tries them again"
+        f"{first['reason']}{again}"
     )
 
 

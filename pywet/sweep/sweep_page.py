@@ -50,7 +50,7 @@ def write(plan: Plan, made: pd.DataFrame) -> Path:
         page.Card(str(len(done)), "runs with results", "good" if len(done) == len(made) else "fair"),
     ]
     if failed := int((made["status"] == FAILED).sum()):
-        cards.append(page.Card(str(failed), "runs failed or were not done; the next call tries them", "bad"))
+        cards.append(page.Card(str(failed), "runs failed or were not done", "bad"))
     lead = f"{'. '.join(sentences(plan, made)[:2])}."
     return page.write(plan.folder / NAME, plan.sweep.name, lead, sections, cards)
 

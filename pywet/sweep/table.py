@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from pywet.errors import FileError, PywetError
+from pywet.errors import FileError
 from pywet.products.partition import WITHIN
 from pywet.products.screening_report import cut_position, stored
 from pywet.schema import unit_of
@@ -22,7 +22,7 @@ NAME = "sweep.parquet"
 DONE, FAILED = "done", "failed"
 ABOUT = {
     "point": "number of the point", "seed": "counted from the base's", "status": f"{DONE} or {FAILED}",
-    "reason": f"of a failure; of a {CUT_SIZE} that is absent or at an end of the sizes",
+    "reason": f"of a failure; of a result that could not be measured; of a {CUT_SIZE} that is absent or at an end of the sizes",
 }  # fmt: skip
 PURE = ("e_n", "e_t", "e_omega", *AT_END)
 """Results that are dimensionless, with the unit `1`."""
@@ -40,35 +40,35 @@ def units(plan: Plan) -> dict[str, str]:
 
 
 def frame(plan: Plan) -> pd.DataFrame:
-    """Return the table: point, axes, seed, results, status, reason, folder of the run relative to the table's."""
+    """Return the table: point, axes, seed, results, status, reason, folder of the run relative to the table's.
+
+    `attrs["missing"]`: number of runs that the next call tries again.
+    """
     rows = [_row(plan, run) for run in plan.runs]
     made = pd.DataFrame(rows)
     for name in plan.results:
         made[name] = made[name].astype(float)
-    made.attrs["units"] = units(plan)
+    made.attrs |= {"units": units(plan), "missing": len(plan.missing)}
     return made
 
 
 def _row(plan: Plan, run: Run) -> dict[str, Any]:
-    place, reason = plan.store.place(run.built.name), ""
-    try:
-        numbers = gathered(plan, run)
-        reason = plan.store.reason(run.built.name) if numbers is None else _note(plan, place)
-    except PywetError as error:
-        numbers, reason = None, str(error)
-    found = dict.fromkeys(plan.results) if numbers is None else numbers
-    status = FAILED if numbers is None else DONE
+    place = plan.store.place(run.built.name)
+    measured = gathered(plan, run)
+    found, why = measured or (dict.fromkeys(plan.results), [plan.store.reason(run.built.name)])
+    status = FAILED if why and all(value is None for value in found.values()) else DONE
+    reason = "; ".join(why if measured is None else [*why, *_notes(plan, place)])
     link = os.path.relpath(place, plan.folder)
     return {
         "point": run.point.number, **run.point.values, "seed": run.seed, **found, "status": status, "reason": reason, "run": link,
     }  # fmt: skip
 
 
-def _note(plan: Plan, place: Path) -> str:
+def _notes(plan: Plan, place: Path) -> list[str]:
     """Say why a run without a cut size has none, or that it is at an end of the sizes; empty for all others."""
     numbers = stored(place) if CUT_SIZE in plan.results else None
     where = cut_position(numbers) if numbers else WITHIN
-    return "" if where == WITHIN else f"{CUT_SIZE}: {where}"
+    return [] if where == WITHIN else [f"{CUT_SIZE}: {where}"]
 
 
 def write(plan: Plan, made: pd.DataFrame) -> Path:

@@ -254,6 +254,25 @@ def test_a_function_of_a_file_runs_below_the_sweep_or_with_trust_and_again_when_
     }
 
 
+def test_a_result_that_cannot_be_measured_loses_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is absent from its row, which says why; a run without any result has failed, and no call tries it again."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text("def depth(answer):\n    return 1.0 if answer['e_n'] > 0.5 else float('nan')\n")
+    wall = {**WALL, "gather": ["e_n", {"function": "mine.py:depth", "unit": "1"}]}
+    made = done(asked(tmp_path, wall))
+    lost = made["e_n"] <= 0.5
+    assert 0 < lost.sum() < 6 and (made["depth"].isna() == lost).all() and (made["status"] == table.DONE).all()
+    assert (made["reason"].where(lost, "") == made["reason"]).all()
+    assert set(made["reason"][lost]) == {"depth is nan; expected a number of every run"}
+    assert sweep_command.failures(made) is None
+    jobs = Jobs(tmp_path / "sweep.yaml")
+    jobs.run(f"{ALL}0", tmp_path / "done.json")
+    jobs.verdict(tmp_path / "verdict.txt")
+    alone = done(asked(tmp_path, {**wall, "gather": wall["gather"][1:]}))
+    assert ((alone["status"] == table.FAILED) == lost).all()
+    assert str(sweep_command.failures(alone)).endswith(": depth is nan; expected a number of every run")
+
+
 def test_the_table_is_tidy_and_has_units(tmp_path: Path) -> None:
     """One row a run; the unit of each column in the metadata of its field and in attrs."""
     of = asked(tmp_path, WALL)
