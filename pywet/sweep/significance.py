@@ -4,6 +4,10 @@ A numerical axis is represented by a polynomial of second order (first for two v
 levels; the interaction of two axes by the products of their first terms. The F of a term compares the least-squares
 fits with and without it; the error is the scatter of seeds if there are several, otherwise the residual of the full
 fit. p is adjusted by Holm over the terms of a result, and two points are compared by the tests of `pywet compare`.
+
+The best of many points is better by chance, too, so that its interval and its comparisons with others hold for all
+points at once. A seed gives all points the same start: their means share an error, which the scatter of the seeds'
+means over all points shows and that within points does not.
 """
 
 from __future__ import annotations
@@ -165,6 +169,7 @@ class Optimum:
     number: int
     values: dict[str, Any]
     mean: float
+    runs: int
     half_width: float | None
     alike: list[int]
     """Points that do not differ significantly from it, including itself; it alone if no seed was repeated."""
@@ -187,10 +192,10 @@ def optimum(sweep: Sweep, made: pd.DataFrame, result: str, largest: bool) -> Opt
     runs = rows.loc[rows["point"].isin([best, *_alike(groups, best, order[1:], scatter, freedom)]), "run"]
     alike = sorted({int(n) for n in every.loc[every["run"].isin(runs), "point"]})
     spans = {key: _span(first.loc[alike, key]) for key in sweep.axes}
-    half = statistics.half_width(scatter, len(groups[best]), freedom, CONFIDENCE) if freedom else None
+    half = _half_width(rows.pivot_table(result, "point", "seed"), best) if freedom else None
     return Optimum(
         result, "largest" if largest else "smallest", best, {key: first.loc[best, key] for key in sweep.axes},
-        float(groups[best].mean()), half, alike, spans, order[1] if len(order) > 1 else None,
+        float(groups[best].mean()), len(groups[best]), half, alike, spans, order[1] if len(order) > 1 else None,
     )  # fmt: skip
 
 
@@ -201,16 +206,37 @@ def _scatter(groups: dict[int, Floats]) -> tuple[float, int]:
     return (float(np.sqrt(squares / freedom)) if freedom else 0.0), freedom
 
 
+def _half_width(table: pd.DataFrame, best: int) -> float | None:
+    """Half width of the interval of the best point's mean from a table (points, seeds); None for fewer than two of either.
+
+    It is the sum of two: for the mean over points, whose values at each seed are the sample, and for the deviations of
+    all points from it (Bonferroni).
+    """
+    whole = table.loc[:, table.loc[best].notna()].dropna().to_numpy(float)
+    points, seeds = whole.shape
+    if points < 2 or seeds < 2:
+        return None
+    common = whole.mean(axis=0)
+    rest = whole - common - whole.mean(axis=1, keepdims=True) + whole.mean()
+    freedom, level = (points - 1) * (seeds - 1), 0.5 * (1.0 - CONFIDENCE)
+    scatter = float(np.sqrt((rest**2).sum() / freedom * (1.0 - 1.0 / points)))
+    return statistics.half_width(float(common.std(ddof=1)), seeds, seeds - 1, 1.0 - level) + statistics.half_width(
+        scatter, seeds, freedom, 1.0 - level / len(table)
+    )
+
+
 def _alike(groups: dict[int, Floats], best: int, others: list[int], scatter: float, freedom: int) -> list[int]:
-    """Return points whose mean is not significantly worse: t tests with the pooled scatter, Holm over the points."""
-    if freedom == 0:
+    """Return points whose mean is not significantly worse: t tests with the pooled scatter, Bonferroni over all pairs."""
+    if freedom == 0 or not others:
         return []
-    found, least = [], statistics.ROUND_OFF * max(float(np.abs(v).max()) for v in groups.values())
-    for n in others:
-        error = max(scatter * np.sqrt(1.0 / len(groups[n]) + 1.0 / len(groups[best])), least) or 1.0
-        t = abs(groups[n].mean() - groups[best].mean()) / error
-        found.append(Finding(float(t), 0, float(2.0 * stats.t.sf(t, freedom))))
-    return [n for n, f in zip(others, holm(found), strict=True) if f.p > LEVEL]
+    least = statistics.ROUND_OFF * max(float(np.abs(v).max()) for v in groups.values())
+    most = float(stats.t.isf(LEVEL / (len(groups) * (len(groups) - 1)), freedom))
+    return [
+        n
+        for n in others
+        if abs(groups[n].mean() - groups[best].mean())
+        <= most * max(scatter * np.sqrt(1.0 / len(groups[n]) + 1.0 / len(groups[best])), least)
+    ]
 
 
 def _span(values: pd.Series) -> str:

@@ -97,9 +97,13 @@ def _mean(o: Optimum) -> str:
 
 def _alike(o: Optimum) -> str:
     if o.half_width is None:
-        return ", from one run"
+        return f", from {_runs_of(o)}"
     count = len(o.alike) - 1
     return f"; {count} other {'point does' if count == 1 else 'points do'} not differ significantly from it"
+
+
+def _runs_of(o: Optimum) -> str:
+    return "one run" if o.runs == 1 else f"{o.runs} runs without an interval"
 
 
 def _varied(plan: Plan, made: pd.DataFrame) -> str:
@@ -129,12 +133,14 @@ def _optimum(best: list[Optimum]) -> str:
     if not best:
         return page.paragraph("No run has results yet.")
     text = (
-        "Among the points that were run. Interval of the mean: 95 %, Student, scatter of all seeds. Like it: points whose "
-        "mean is not significantly worse (t test with the same scatter, Holm), and the values of the axes there."
+        "Among the points that were run. Interval of the mean: 95 %, for the best of all points and seeds that are common to "
+        "them (scatter of the seeds' means, and of the points about them with Bonferroni). Like it: points whose mean is not "
+        "significantly worse (t test with the scatter of all seeds, Bonferroni over all pairs), and the values of the axes "
+        "there."
     )
     rows: page.Rows = [
         [
-            page.left(f"{o.result}, {o.sense}"), _mean(o) if o.half_width is not None else f"{o.mean:.4g} (one run)",
+            page.left(f"{o.result}, {o.sense}"), _mean(o) if o.half_width is not None else f"{o.mean:.4g} ({_runs_of(o)})",
             page.left(f"point {o.number}: {_values(o.values)}"), str(len(o.alike) - 1) if o.half_width is not None else "–",
             page.left("; ".join(f"{k} {v}" for k, v in o.ranges.items())),
         ]
