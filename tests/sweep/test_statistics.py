@@ -253,6 +253,17 @@ def test_a_point_that_cannot_be_run_is_not_added(tmp_path: Path) -> None:
     assert len(plan.read(asked.file, tmp_path / "out", tmp_path / "store").runs) == 11
 
 
+def test_a_point_whose_run_fails_is_not_chosen_again(tmp_path: Path) -> None:
+    axes = {"friction": {"low": 0.05, "high": 0.4}, "normal_velocity_m_per_s": {"low": 0.5, "high": 1.0}}
+    content = {**WALL, "axes": axes, "design": {"sobol": 8}, "gather": ["e_n"]}
+    asked = plan.read(write(tmp_path, content), tmp_path / "out", tmp_path / "store")
+    rows = [{"point": p.number, **p.values, "e_n": p.values["friction"], "status": DONE} for p in asked.points]
+    for count in (9, 10, 11):
+        asked = adaptive.extended(asked, pd.DataFrame(rows), 1)
+        assert len(asked.points) == count
+        rows.append({"point": count, **asked.points[-1].values, "e_n": np.nan, "status": FAILED})
+
+
 def test_points_beyond_the_limit_are_not_added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A refused call leaves a sweep that the next call finds complete."""
     content = {**WALL, "axes": {**WALL["axes"], "friction": [0.1, 0.2, 0.3]}}
