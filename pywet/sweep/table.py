@@ -12,10 +12,11 @@ from pywet.errors import FileError
 from pywet.products.partition import WITHIN
 from pywet.products.screening_report import cut_position, stored
 from pywet.schema import unit_of
+from pywet.sweep.base_kind import Numbers
 from pywet.sweep.description import Function
 from pywet.sweep.gathering import gathered
 from pywet.sweep.plan import Plan, Run
-from pywet.sweep.run_numbers import AT_END, CUT_SIZE
+from pywet.sweep.run_numbers import AT_END, CUT_SIZE, WALL_TIME
 from pywet.util.files import atomic_write, read_table, write_csv
 
 NAME = "sweep.parquet"
@@ -57,18 +58,21 @@ def _row(plan: Plan, run: Run) -> dict[str, Any]:
     measured = gathered(plan, run)
     found, why = measured or (dict.fromkeys(plan.results), [plan.store.reason(run.built.name)])
     status = FAILED if why and all(value is None for value in found.values()) else DONE
-    reason = "; ".join(why if measured is None else [*why, *_notes(plan, place)])
+    reason = "; ".join(why if measured is None else [*why, *_notes(plan, place, found)])
     link = os.path.relpath(place, plan.folder)
     return {
         "point": run.point.number, **run.point.values, "seed": run.seed, **found, "status": status, "reason": reason, "run": link,
     }  # fmt: skip
 
 
-def _notes(plan: Plan, place: Path) -> list[str]:
-    """Say why a run without a cut size has none, or that it is at an end of the sizes; empty for all others."""
+def _notes(plan: Plan, place: Path, found: Numbers) -> list[str]:
+    """Say why a run has no cut size, or that it is at an end of the sizes, and why it has no wall time."""
     numbers = stored(place) if CUT_SIZE in plan.results else None
     where = cut_position(numbers) if numbers else WITHIN
-    return [] if where == WITHIN else [f"{CUT_SIZE}: {where}"]
+    notes = [] if where == WITHIN else [f"{CUT_SIZE}: {where}"]
+    if found.get(WALL_TIME, 0.0) is None:
+        notes.append(f"{WALL_TIME}: unknown, as the run was resumed from a checkpoint")
+    return notes
 
 
 def write(plan: Plan, made: pd.DataFrame) -> Path:

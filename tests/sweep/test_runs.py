@@ -11,6 +11,7 @@ import threading
 import time
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pandas as pd
@@ -364,6 +365,30 @@ def test_what_runs_took_is_printed_next_to_the_prediction_and_predicts_others(tm
     assert printed == "2 runs took 3 core-hours, 0.004 GB (predicted 1 core-hours, 0.002 GB)"
     assert plan.spent(of, [(run, UNKNOWN) for run in runs]) == "2 runs took 3 core-hours, 0.004 GB"
     assert store.typical("fake-3") == Cost(5400.0, 2e6) and store.typical("other-3") is None
+
+
+def test_the_time_of_a_resumed_run_is_not_known(tmp_path: Path) -> None:
+    """Its wall time counts from the checkpoint, the processor time from this call: the row says so, no cost is stored."""
+    for step, time_s in ((None, 2.0), (500, None)):
+        summary = {
+            "wall_s": 2.0,
+            "resumed_at_step": step,
+            "events": None,
+            "initial_liquid_m3": 0.0,
+            "liquid_end_m3": {},
+        }
+        loaded: Any = SimpleNamespace(summary=summary, path=tmp_path, has=lambda _: False)
+        assert run_numbers.numbers(loaded)["wall_time_s"] == time_s
+    of = asked(tmp_path, {**WALL, "gather": ["e_n"]})
+    notes = [table._notes(of, tmp_path, {"wall_time_s": time_s}) for time_s in (2.0, None)]
+    assert notes == [[], ["wall_time_s: unknown, as the run was resumed from a checkpoint"]]
+    store, kind = Store(tmp_path / "store"), Fake(Base(wall=Path("none")), tmp_path)
+    for number, begun in ((1, False), (2, True)):
+        run = Run(Numbered(number, {"a": number}), 0, kind.built({"a": number}, 0))
+        if begun:
+            with run_folder.hold(store.place(run.built.name)):
+                write_json(store.place(run.built.name) / "scene.json", {})
+        assert running.do(kind, run, store) and (store.took(run.built.name) is None) == begun
 
 
 def test_a_run_of_another_call_is_left_to_it(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
