@@ -95,7 +95,7 @@ def _with(made: pd.DataFrame, result: str) -> pd.DataFrame:
 def effects(sweep: Sweep, made: pd.DataFrame, result: str, seeded: bool = True) -> Effects | None:
     """Return main effects and interactions of a result over all runs that have it, each run once.
 
-    The result is None if there are too few, or if all are equal. For runs without a seed, which have no scatter,
+    The result is None if there are too few, or if all are equal. For runs without a seed, and where the seeds coincide,
     nothing is tested.
     """
     every = _with(made, result)
@@ -145,11 +145,12 @@ def _fit(columns: dict[tuple[str, ...], Floats], y: Floats) -> tuple[float, dict
 
 def _error(rows: pd.DataFrame, result: str, residual: float, count: int) -> tuple[float, int, str]:
     """Return the variance of a single run, its degrees of freedom, and its source."""
-    groups = rows.groupby("point")[result]
-    inside = int(len(rows) - groups.ngroups)
-    if inside > 0:
-        squares = float(((rows[result] - groups.transform("mean")) ** 2).sum())
-        return squares / inside, inside, f"the scatter of seeds ({inside} degrees of freedom)"
+    groups = _groups(rows, result)
+    scatter, inside = _scatter(groups)
+    if inside:
+        return scatter**2, inside, f"the scatter of seeds ({inside} degrees of freedom)"
+    if len(rows) > len(groups):
+        return 0.0, 0, "none, as the seeds coincide: nothing is tested"
     freedom = len(rows) - count - 1
     if freedom > 0:
         return (
@@ -172,7 +173,7 @@ class Optimum:
     runs: int
     half_width: float | None
     alike: list[int]
-    """Points that do not differ significantly from it, including itself; it alone if no seed was repeated."""
+    """Points that do not differ significantly from it, including itself; it alone if nothing is tested."""
     ranges: dict[str, str]
     """Axis -> its values over those points."""
     next_best: int | None
@@ -184,7 +185,7 @@ def optimum(sweep: Sweep, made: pd.DataFrame, result: str, largest: bool) -> Opt
     rows = every.drop_duplicates("run")
     if rows.empty:
         return None
-    groups = {int(n): rows.loc[rows["point"] == n, result].to_numpy(float) for n in rows["point"].unique()}
+    groups = _groups(rows, result)
     order = sorted(groups, key=lambda n: groups[n].mean(), reverse=largest)
     best = order[0]
     first = every.drop_duplicates("point").set_index("point")
@@ -199,11 +200,20 @@ def optimum(sweep: Sweep, made: pd.DataFrame, result: str, largest: bool) -> Opt
     )  # fmt: skip
 
 
+def _groups(rows: pd.DataFrame, result: str) -> dict[int, Floats]:
+    """Return the values of a result by point."""
+    return {int(n): rows.loc[rows["point"] == n, result].to_numpy(float) for n in rows["point"].unique()}
+
+
 def _scatter(groups: dict[int, Floats]) -> tuple[float, int]:
-    """Return the standard deviation of a single run within points, pooled over all of them, and its degrees of freedom."""
+    """Return the standard deviation of a single run within points, pooled over all of them, and its degrees of freedom.
+
+    None are left where the seeds coincide at all points, exactly (no random start) or by accident (a small count).
+    """
     freedom = sum(len(v) - 1 for v in groups.values())
-    squares = sum(float(((v - v.mean()) ** 2).sum()) for v in groups.values())
-    return (float(np.sqrt(squares / freedom)) if freedom else 0.0), freedom
+    scatter = np.sqrt(sum(float(((v - v.mean()) ** 2).sum()) for v in groups.values()) / max(freedom, 1))
+    least = statistics.ROUND_OFF * max(float(np.abs(v).max()) for v in groups.values())
+    return (float(scatter), freedom) if scatter > least else (0.0, 0)
 
 
 def _half_width(table: pd.DataFrame, best: int) -> float | None:
@@ -229,13 +239,12 @@ def _alike(groups: dict[int, Floats], best: int, others: list[int], scatter: flo
     """Return points whose mean is not significantly worse: t tests with the pooled scatter, Bonferroni over all pairs."""
     if freedom == 0 or not others:
         return []
-    least = statistics.ROUND_OFF * max(float(np.abs(v).max()) for v in groups.values())
     most = float(stats.t.isf(LEVEL / (len(groups) * (len(groups) - 1)), freedom))
     return [
         n
         for n in others
         if abs(groups[n].mean() - groups[best].mean())
-        <= most * max(scatter * np.sqrt(1.0 / len(groups[n]) + 1.0 / len(groups[best])), least)
+        <= most * scatter * np.sqrt(1.0 / len(groups[n]) + 1.0 / len(groups[best]))
     ]
 
 

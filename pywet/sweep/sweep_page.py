@@ -151,7 +151,7 @@ def _optimum(best: list[Optimum]) -> str:
 
 def _compared(plan: Plan, made: pd.DataFrame, best: list[Optimum]) -> str:
     """Compare the best point with the next one by the tests of `pywet compare`."""
-    if not best or best[0].next_best is None:
+    if not best or best[0].half_width is None or best[0].next_best is None:
         return ""
     a, b = best[0].number, best[0].next_best
     method, rows = significance.differences(made, plan.results, a, b)

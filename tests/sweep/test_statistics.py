@@ -177,17 +177,27 @@ def test_no_whole_number_is_added_twice() -> None:
 
 
 def test_round_off_of_a_result_without_scatter_is_not_significant(sweep: Sweep) -> None:
-    """A result that depends on one axis alone and not on the seed: no other term is significant, and four points are the best."""
+    """A result that depends on one axis alone: no other term is significant."""
     random = np.random.default_rng(5)
-    made = table_of(sweep, 2, 0.0)
+    made = table_of(sweep, 1, 0.0)
     for _ in range(50):
         level = dict(zip(AXES["a"], random.uniform(1.0, 10.0, 3), strict=True))
         found = significance.effects(sweep, made.assign(e_n=made["a"].map(level)), "e_n")
         assert found is not None and [t.name for t in found.terms if t.significant] == ["a"]
-        best = significance.optimum(
-            sweep, made.assign(e_n=made["a"].map(level) * (1.0 + 1e-15 * made["b"])), "e_n", True
+
+
+def test_where_the_seeds_coincide_nothing_is_tested(sweep: Sweep) -> None:
+    """No result scatters, as where all positions are given, or this one does not by accident: there is no interval, and no p."""
+    made = table_of(sweep, 2, 0.0)
+    for results in (made, made.assign(f=1.0)):
+        counts = results.assign(e_n=40.0 + made["a"] * (1.0 + 1e-15 * made["seed"]))
+        found, best = (
+            significance.effects(sweep, counts, "e_n"),
+            significance.optimum(sweep, counts, "e_n", largest=True),
         )
-        assert best is not None and len(best.alike) == 4  # all points with this a
+        assert found is not None and found.error == "none, as the seeds coincide: nothing is tested"
+        assert all(t.p is None for t in found.terms)
+        assert best is not None and (best.mean, best.half_width, best.runs) == (42.0, None, 2)
 
 
 def _interpolated(places: np.ndarray, values: np.ndarray, at: np.ndarray, power: int) -> np.ndarray:
