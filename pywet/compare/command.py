@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -156,7 +157,8 @@ def _against(runs: Sequence[Path], file: Path) -> int:
         for name in ("quantity", "now", "digest", "allowed", "unit", ""):
             table.add_column(name, no_wrap=name != "quantity", max_width=24 if name == "quantity" else None)
         for row in (row for row in rows if row.run == run):
-            verdict_of = "[green]as stored" if row.ok else "[red]failed check" if row.failed_check else "[red]changed"
+            fits = "[green]as stored" if row.allowed < math.inf else "not judged"
+            verdict_of = fits if row.ok else "[red]failed check" if row.failed_check else "[red]changed"
             expected = ("", "") if row.failed_check else (f"{row.mean:.4g}", f"± {row.allowed:.1g}")
             table.add_row(row.quantity, f"{row.value:.4g}", *expected, row.unit, verdict_of)
         out.print(table)

@@ -35,6 +35,8 @@ TOLERANCE = 1e-6
 """Numerical tolerance of a digest's numbers over their scale, in addition to the spread of the seeds."""
 COUNTED = ("events", "bridges")
 """Units of whole numbers, which may coincide in a few runs by accident: their spread is at least one if others scatter."""
+SHARES = ("1", "of all")
+"""Units of shares, mostly of a number of spheres, which coincide as easily."""
 ALARM = 0.01
 """Probability that an unchanged program raises an alarm, for all numbers of a digest together."""
 
@@ -188,26 +190,39 @@ def _renamed(name: str) -> str:
     return FORMER.get(former, "") + name.removeprefix(former)
 
 
-def allowed(digest: Digest, number: Number) -> float:
-    """Largest deviation from the mean that is accepted.
+def allowed(digest: Digest, name: str) -> float:
+    """Largest deviation of a number from its mean that is accepted.
 
-    >>> one = Number(1.0, 0.0, 2.0, "1")
-    >>> allowed(Digest("x", "", "", 1, 1e-6, {}, {"a": one}), one)
+    >>> allowed(Digest("x", "", "", 1, 1e-6, {}, {"a": Number(1.0, 0.0, 2.0, "1")}), "a")
     2e-06
     """
-    margin = digest.tolerance * number.scale
+    margin = digest.tolerance * digest.numbers[name].scale
     if digest.runs > 1:
-        scatter = any(n.spread > digest.tolerance * n.scale for n in digest.numbers.values())
-        spread = max(number.spread, 1.0) if scatter and number.unit in COUNTED else number.spread
         quantile = float(stats.t.isf(0.5 * ALARM / len(digest.numbers), digest.runs - 1))
-        margin += quantile * spread * float(np.sqrt(1.0 + 1.0 / digest.runs))
+        margin += quantile * _spread(digest, name) * float(np.sqrt(1.0 + 1.0 / digest.runs))
     return margin
+
+
+def _spread(digest: Digest, name: str) -> float:
+    """Return the standard deviation of a number, and where it coincides by accident, perhaps, one that it may have.
+
+    That is the largest of its curve at other times; infinite for a share that is the same at all times, as of rare events.
+    """
+    number = digest.numbers[name]
+    scattered = {key: n.spread for key, n in digest.numbers.items() if n.spread > digest.tolerance * n.scale}
+    if scattered and number.unit in COUNTED:
+        return max(number.spread, 1.0)
+    if not scattered or name in scattered:
+        return number.spread
+    curve, at, _ = name.rpartition(" at ")
+    others = [spread for key, spread in scattered.items() if at and key.startswith(curve + at)]
+    return max(others, default=np.inf if number.unit in SHARES else number.spread)
 
 
 def against(digest: Digest, run: str, values: dict[str, tuple[float, float, str]]) -> list[Row]:
     """Compare each stored number with that of a run; a number missing from the run is NaN, which always fails."""
     return [
-        Row(run, key, values[key][0] if key in values else float("nan"), n.mean, allowed(digest, n), n.unit)
+        Row(run, key, values[key][0] if key in values else float("nan"), n.mean, allowed(digest, key), n.unit)
         for key, n in digest.numbers.items()
     ]
 

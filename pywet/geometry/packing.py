@@ -68,10 +68,10 @@ def refuse_beyond_memory(count: int, where: str, cure: str) -> None:
         )  # fmt: skip
 
 
-def fill(classes: Sequence[SphereClass], region: FeedRegion, seed: int) -> pd.DataFrame:
+def fill(classes: Sequence[SphereClass], region: FeedRegion, seed: int | Sequence[int]) -> pd.DataFrame:
     """Place `count` spheres of every class; columns id (from 1), type, x, y, z [m].
 
-    The same seed gives the same table. Raises `PywetError` when the spheres do not fit into the region.
+    The same seed gives the same table, s and (s, 0) too. Raises `PywetError` when the spheres do not fit into the region.
     """
     refuse_beyond_memory(sum(c.count for c in classes), region.name, region.cure)
     solid = sum(c.count * 4.0 / 3.0 * math.pi * c.radius_m**3 for c in classes)

@@ -167,17 +167,17 @@ def ranking(runs: Sequence[pd.DataFrame], kind: str) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        law, parameters (a sentence with 95 % intervals: of seeds where there are several, else of the fit), rms of the fit to
-        all, rms_held_out: each seed against the law fitted to the others (nan of one seed, ranked by the fit then).
+        law, parameters (a sentence with 95 % intervals: means of the fits to single seeds where there are several), rms of the
+        fit to all, rms_held_out: each seed against the law fitted to the others (nan of one seed, ranked by the fit then).
     """
     rows = []
     every = points(pd.concat(runs), kind)
     for law in LAWS:
-        values, half = fit(law, *every)
-        held_out = math.nan
+        fitted, half = fit(law, *every)
+        values, held_out = fitted, math.nan
         if len(runs) > 1:
             each = [fit(law, *points(run, kind))[0] for run in runs]
-            half = np.array([mean_and_half_width(column)[1] for column in np.array(each).T])
+            values, half = np.array([mean_and_half_width(column) for column in np.array(each).T]).T
             held_out = math.sqrt(np.mean([_unseen(law, runs, k, kind) ** 2 for k in range(len(runs))]))
         names = ("t0", *law.parameters)
         values_text = ", ".join(f"{n} {v:.4g} ± {h:.2g}" for n, v, h in zip(names, values, half, strict=True))
@@ -186,7 +186,7 @@ def ranking(runs: Sequence[pd.DataFrame], kind: str) -> pd.DataFrame:
                 "class": kind,
                 "law": law.name,
                 "parameters": values_text,
-                "rms": rms(law, values, *every),
+                "rms": rms(law, fitted, *every),
                 "rms_held_out": held_out,
             }
         )

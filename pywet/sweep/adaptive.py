@@ -3,8 +3,8 @@
 Rule (the pinned packages contain no Gaussian process): candidates are a Sobol set in the ranges of the axes. The
 score of a candidate is its distance to the nearest point in the unit cube, times 1 + the difference of a linear and a
 cubic radial-basis interpolation of the means there over their standard deviation. The best candidate then counts as a
-point with its cubic value before the next is chosen, so that several points are spread out. So does a candidate that the
-base refuses, which is not added.
+point with its cubic value before the next is chosen, so that several points are spread out. So do a candidate that the
+base refuses, which is not added, and a point without a result, as of a failed run, which would be chosen again.
 """
 
 from __future__ import annotations
@@ -61,9 +61,14 @@ def _next(plan: Plan, made: pd.DataFrame, count: int) -> list[Point]:
             f"{plan.file}: {len(means)} points have {result}, expected at least {len(axes) + FEWEST} before points are added",
             code="sweep.few_points", key=result, given=len(means), expected=len(axes) + FEWEST, where=plan.file,
         )  # fmt: skip
-    places = _shares(axes, means[[*axes]].to_numpy(float))
+    places, values = _shares(axes, means[[*axes]].to_numpy(float)), means[result].to_numpy(float)
+    lacking = [[float(p.values[key]) for key in axes] for p in plan.points if p.number not in means.index]
+    if lacking:
+        more = _shares(axes, np.array(lacking))
+        values = np.append(values, _cubic(places, values)(more))
+        places = np.vstack([places, more])
     rules = parsed(plan.sweep, plan.file)
-    return least_known(places, means[result].to_numpy(float), count, axes, rules, lambda point: _accepted(plan, point))
+    return least_known(places, values, count, axes, rules, lambda point: _accepted(plan, point))
 
 
 def _accepted(plan: Plan, point: Point) -> bool:
@@ -119,6 +124,10 @@ def _shares(axes: dict[str, Axis], values: Floats) -> Floats:
     return np.column_stack(columns)
 
 
+def _cubic(places: Floats, values: Floats) -> RBFInterpolator:
+    return RBFInterpolator(places, values, kernel="cubic", degree=1)
+
+
 def least_known(
     places: Floats, values: Floats, count: int, axes: dict[str, Axis], rules: list[Constraint],
     accepted: Callable[[Point], bool] = lambda point: True,
@@ -138,7 +147,7 @@ def least_known(
     candidates = _shares(axes, np.array([[float(points[k][key]) for key in axes] for k in allowed]))
     chosen: list[Point] = []
     for _ in range(min(TRIES * count, len(allowed))):
-        cubic = RBFInterpolator(places, values, kernel="cubic", degree=1)(candidates)
+        cubic = _cubic(places, values)(candidates)
         linear = RBFInterpolator(places, values, kernel="linear", degree=0)(candidates)
         distance = np.asarray(cKDTree(places).query(candidates)[0])
         score = distance * (1.0 + np.abs(cubic - linear) / max(float(values.std()), 1e-300))

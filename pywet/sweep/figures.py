@@ -76,7 +76,8 @@ def curve(axes: Axes, sweep: Sweep, rows: pd.DataFrame, x: str, y: str, hue: str
             code="sweep.many_lines", key=str(hue), given=len(groups), expected=MOST_LINES,
         )  # fmt: skip
     text = not pd.api.types.is_numeric_dtype(rows[x]) or pd.api.types.is_bool_dtype(rows[x])
-    for (value, part), colour in zip(groups, colours(len(groups)), strict=True):
+    for (value, every), colour in zip(groups, colours(len(groups)), strict=True):
+        part = every.drop_duplicates([x, "run"])  # points with the same inputs share a run
         name = "" if value is None else f"{hue} {value}"
         spread = part.groupby(x)[y].apply(list) if x in sweep.axes else None
         if spread is None or (len(spread) > GRID and not text):

@@ -18,32 +18,36 @@ from pywet.sweep.plan import Plan, Run, path_of, refuse_untrusted
 from pywet.util.files import read_bytes
 
 
-def gathered(plan: Plan, run: Run) -> Numbers | None:
-    """Return the gathered results of a run; None if it is not done.
+def gathered(plan: Plan, run: Run) -> tuple[Numbers, list[str]] | None:
+    """Return the gathered results of a run, and why some could not be measured; None if it is not done.
 
-    Values computed from the run are stored with its results. Raises `PywetError` if a function fails or a
-    requested result does not exist.
+    Values computed from the run are stored with its results.
     """
     numbers = plan.store.numbers(run.built.name, plan.kind.engine)
     if numbers is None:
         return None
-    found: Numbers = {}
-    read = dict(numbers)
-    for name in plan.gather:
-        if isinstance(name, Function):
-            word, measure = _function(plan, name)
-            if word not in read:
-                read[word] = measure(_subject(plan, run, numbers))
-            found[name.name] = read[word]
-        elif name in run_numbers.ON_REQUEST and plan.kind.engine:
-            if name not in read:
-                read[name] = _finite(run_numbers.ON_REQUEST[name](Loaded(plan.store.place(run.built.name))), name)
-            found[name] = read[name]
-        else:
-            found[name] = numbers.get(name)
+    found: Numbers = dict.fromkeys(plan.results)
+    why, read = [], dict(numbers)
+    for name, result in zip(plan.results, plan.gather, strict=True):
+        try:
+            found[name] = _measured(plan, run, result, numbers, read)
+        except PywetError as error:
+            why.append(str(error))
     if read.keys() != numbers.keys():
         plan.store.leave(run.built.name, read)
-    return found
+    return found, why
+
+
+def _measured(plan: Plan, run: Run, result: str | Function, numbers: Numbers, read: Numbers) -> float | None:
+    """Return a result from the stored `numbers` or, if it is computed from the run, from `read`, to which it is added."""
+    if isinstance(result, Function):
+        word, measure = _function(plan, result)
+        if word not in read:
+            read[word] = measure(_subject(plan, run, numbers))
+        return read[word]
+    if result in run_numbers.ON_REQUEST and plan.kind.engine and result not in read:
+        read[result] = _finite(run_numbers.ON_REQUEST[result](Loaded(plan.store.place(run.built.name))), result)
+    return read.get(result)
 
 
 def _subject(plan: Plan, run: Run, numbers: Numbers) -> Any:

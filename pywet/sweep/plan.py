@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import heapq
 import math
 import shutil
 from collections.abc import Callable
@@ -230,8 +231,10 @@ def lines(plan: Plan, costs: list[tuple[Run, Cost]], cores: int, ranks: int | No
     takes = "time and disk unknown before one run is in the store"
     if all(c.known for _, c in costs):
         together, each = at_a_time(plan.kind, len(costs), cores, ranks)
-        longest, used = max((c.seconds for _, c in costs), default=0.0), together * each
-        on = f"{duration(max(longest / each, seconds / used))} on {used} core{'s' if used > 1 else ''}"
+        used, ends = together * each, [0.0] * together
+        for _, c in costs:  # in the order in which they start, each where one has ended first
+            heapq.heapreplace(ends, ends[0] + c.seconds / each)
+        on = f"{duration(max(ends))} on {used} core{'s' if used > 1 else ''}"
         takes = f"about {hours(seconds)}, {on}, {disk / 1e9:.2g} GB"
     return [
         f"{plan.sweep.name}: {points_} points, {runs} runs{f' ({seeds} seeds)' if seeds > 1 else ''}{constrained}",

@@ -15,8 +15,9 @@ from pywet.runs.loaded import Run
 from pywet.schema import column
 from pywet.sweep.base_kind import Numbers
 
+WALL_TIME = "wall_time_s"
 OF_ANY = (
-    "steps", "wall_time_s", "mass_kg", "initial_liquid_m3", "formations", "ruptures", "bridges_at_end",
+    "steps", WALL_TIME, "mass_kg", "initial_liquid_m3", "formations", "ruptures", "bridges_at_end",
     "energy_kinetic_J", "energy_spin_J", "energy_gravity_J",
 )  # fmt: skip
 AT_END = (
@@ -52,7 +53,8 @@ def numbers(run: Run) -> Numbers:
     summary = run.summary
     events, initial = summary["events"] or {}, summary["initial_liquid_m3"]
     found: dict[str, Any] = {name: summary.get(name) for name in ("steps", "mass_kg", "initial_liquid_m3", *RETAINED)}
-    found |= {"wall_time_s": summary["wall_s"], "bridges_at_end": events.get("standing_bridges")}
+    whole = not summary.get("resumed_at_step")  # the time before a checkpoint is not known
+    found |= {WALL_TIME: summary["wall_s"] if whole else None, "bridges_at_end": events.get("standing_bridges")}
     found |= {name: events.get(name) for name in ("formations", "ruptures")}
     found |= {f"energy_{name}_J": value for name, value in (summary.get("energy_J") or {}).items()}
     for name, volume in summary["liquid_end_m3"].items():

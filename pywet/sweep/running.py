@@ -42,7 +42,7 @@ def do(kind: Kind, run: Run, store: Store, ranks: int | None = None) -> bool:
 
 
 def _attempt(kind: Kind, run: Run, store: Store, folder: Path, ranks: int | None) -> bool:
-    before = costs.used_s()
+    before, resumed = costs.used_s(), (folder / "scene.json").exists()
     try:
         numbers = kind.run(run.built, folder, kind.ranks if ranks is None else ranks)
     except PywetError as error:
@@ -52,7 +52,7 @@ def _attempt(kind: Kind, run: Run, store: Store, folder: Path, ranks: int | None
     except Exception as error:  # an internal error at one point does not stop the others
         store.fail(run.built.name, f"fault in the program, {type(error).__name__}: {one_line(error)}")
     else:
-        if kind.engine:
+        if kind.engine and not resumed:  # the time of an earlier call is not known
             store.note(run.built.name, costs.used_s() - before)
         store.leave(run.built.name, numbers)
         return True

@@ -4,6 +4,10 @@ A numerical axis is represented by a polynomial of second order (first for two v
 levels; the interaction of two axes by the products of their first terms. The F of a term compares the least-squares
 fits with and without it; the error is the scatter of seeds if there are several, otherwise the residual of the full
 fit. p is adjusted by Holm over the terms of a result, and two points are compared by the tests of `pywet compare`.
+
+The best of many points is better by chance, too, so that its interval and its comparisons with others hold for all
+points at once. A seed gives all points the same start: their means share an error, which the scatter of the seeds'
+means over all points shows and that within points does not.
 """
 
 from __future__ import annotations
@@ -83,19 +87,25 @@ def _columns(sweep: Sweep, made: pd.DataFrame) -> dict[tuple[str, ...], Floats]:
     return found
 
 
-def effects(sweep: Sweep, made: pd.DataFrame, result: str, seeded: bool = True) -> Effects | None:
-    """Return main effects and interactions of a result over all runs that have it.
+def _with(made: pd.DataFrame, result: str) -> pd.DataFrame:
+    """Return the rows that have a result."""
+    return made[(made["status"] == DONE) & made[result].notna()]
 
-    The result is None if there are too few, or if all are equal. For runs without a seed, which have no scatter,
+
+def effects(sweep: Sweep, made: pd.DataFrame, result: str, seeded: bool = True) -> Effects | None:
+    """Return main effects and interactions of a result over all runs that have it, each run once.
+
+    The result is None if there are too few, or if all are equal. For runs without a seed, and where the seeds coincide,
     nothing is tested.
     """
-    rows = made[(made["status"] == DONE) & made[result].notna()].reset_index(drop=True)
+    every = _with(made, result)
+    rows = every.drop_duplicates("run").reset_index(drop=True)
     if len(rows) < 3 or rows[result].nunique() < 2:
         return None
     columns, left_out = _columns(sweep, rows), ""
     if not _estimable(columns, len(rows)):
         columns = {axes: c for axes, c in columns.items() if len(axes) == 1}
-        left_out = "the design has too few points for interactions"
+        left_out = "the points do not determine the interactions"
     if not columns or not _estimable(columns, len(rows)):
         return None
     y = rows[result].to_numpy(float)
@@ -103,6 +113,8 @@ def effects(sweep: Sweep, made: pd.DataFrame, result: str, seeded: bool = True) 
     variance, freedom, error = _error(rows, result, residual, sum(c.shape[1] for c in columns.values()))
     if not seeded:
         freedom, error = 0, "none, as there are no seeds: nothing is tested"
+    if repeats := len(every) - len(rows):
+        error += f"; {repeats} of {len(every)} rows repeat the run of another point and are not counted"
     variance = max(variance, (statistics.ROUND_OFF * float(np.abs(y).max())) ** 2)
     found, p_values = [], []
     for axes, inside in columns.items():
@@ -133,11 +145,12 @@ def _fit(columns: dict[tuple[str, ...], Floats], y: Floats) -> tuple[float, dict
 
 def _error(rows: pd.DataFrame, result: str, residual: float, count: int) -> tuple[float, int, str]:
     """Return the variance of a single run, its degrees of freedom, and its source."""
-    groups = rows.groupby("point")[result]
-    inside = int(len(rows) - groups.ngroups)
-    if inside > 0:
-        squares = float(((rows[result] - groups.transform("mean")) ** 2).sum())
-        return squares / inside, inside, f"the scatter of seeds ({inside} degrees of freedom)"
+    groups = _groups(rows, result)
+    scatter, inside = _scatter(groups)
+    if inside:
+        return scatter**2, inside, f"the scatter of seeds ({inside} degrees of freedom)"
+    if len(rows) > len(groups):
+        return 0.0, 0, "none, as the seeds coincide: nothing is tested"
     freedom = len(rows) - count - 1
     if freedom > 0:
         return (
@@ -157,9 +170,10 @@ class Optimum:
     number: int
     values: dict[str, Any]
     mean: float
+    runs: int
     half_width: float | None
     alike: list[int]
-    """Points that do not differ significantly from it, including itself; it alone if no seed was repeated."""
+    """Points that do not differ significantly from it, including itself; it alone if nothing is tested."""
     ranges: dict[str, str]
     """Axis -> its values over those points."""
     next_best: int | None
@@ -167,40 +181,71 @@ class Optimum:
 
 def optimum(sweep: Sweep, made: pd.DataFrame, result: str, largest: bool) -> Optimum | None:
     """Find the point at which a result is largest (or smallest); None if no run has the result."""
-    rows = made[(made["status"] == DONE) & made[result].notna()]
+    every = _with(made, result)
+    rows = every.drop_duplicates("run")
     if rows.empty:
         return None
-    groups = {int(n): rows.loc[rows["point"] == n, result].to_numpy(float) for n in rows["point"].unique()}
+    groups = _groups(rows, result)
     order = sorted(groups, key=lambda n: groups[n].mean(), reverse=largest)
     best = order[0]
-    first = rows.drop_duplicates("point").set_index("point")
+    first = every.drop_duplicates("point").set_index("point")
     scatter, freedom = _scatter(groups)
-    alike = [best, *_alike(groups, best, order[1:], scatter, freedom)]
+    runs = rows.loc[rows["point"].isin([best, *_alike(groups, best, order[1:], scatter, freedom)]), "run"]
+    alike = sorted({int(n) for n in every.loc[every["run"].isin(runs), "point"]})
     spans = {key: _span(first.loc[alike, key]) for key in sweep.axes}
-    half = statistics.half_width(scatter, len(groups[best]), freedom, CONFIDENCE) if freedom else None
+    half = _half_width(rows.pivot_table(result, "point", "seed"), best) if freedom else None
     return Optimum(
         result, "largest" if largest else "smallest", best, {key: first.loc[best, key] for key in sweep.axes},
-        float(groups[best].mean()), half, sorted(alike), spans, order[1] if len(order) > 1 else None,
+        float(groups[best].mean()), len(groups[best]), half, alike, spans, order[1] if len(order) > 1 else None,
     )  # fmt: skip
 
 
+def _groups(rows: pd.DataFrame, result: str) -> dict[int, Floats]:
+    """Return the values of a result by point."""
+    return {int(n): rows.loc[rows["point"] == n, result].to_numpy(float) for n in rows["point"].unique()}
+
+
 def _scatter(groups: dict[int, Floats]) -> tuple[float, int]:
-    """Return the standard deviation of a single run within points, pooled over all of them, and its degrees of freedom."""
+    """Return the standard deviation of a single run within points, pooled over all of them, and its degrees of freedom.
+
+    None are left where the seeds coincide at all points, exactly (no random start) or by accident (a small count).
+    """
     freedom = sum(len(v) - 1 for v in groups.values())
-    squares = sum(float(((v - v.mean()) ** 2).sum()) for v in groups.values())
-    return (float(np.sqrt(squares / freedom)) if freedom else 0.0), freedom
+    scatter = np.sqrt(sum(float(((v - v.mean()) ** 2).sum()) for v in groups.values()) / max(freedom, 1))
+    least = statistics.ROUND_OFF * max(float(np.abs(v).max()) for v in groups.values())
+    return (float(scatter), freedom) if scatter > least else (0.0, 0)
+
+
+def _half_width(table: pd.DataFrame, best: int) -> float | None:
+    """Half width of the interval of the best point's mean from a table (points, seeds); None for fewer than two of either.
+
+    It is the sum of two: for the mean over points, whose values at each seed are the sample, and for the deviations of
+    all points from it (Bonferroni).
+    """
+    whole = table.loc[:, table.loc[best].notna()].dropna().to_numpy(float)
+    points, seeds = whole.shape
+    if points < 2 or seeds < 2:
+        return None
+    common = whole.mean(axis=0)
+    rest = whole - common - whole.mean(axis=1, keepdims=True) + whole.mean()
+    freedom, level = (points - 1) * (seeds - 1), 0.5 * (1.0 - CONFIDENCE)
+    scatter = float(np.sqrt((rest**2).sum() / freedom * (1.0 - 1.0 / points)))
+    return statistics.half_width(float(common.std(ddof=1)), seeds, seeds - 1, 1.0 - level) + statistics.half_width(
+        scatter, seeds, freedom, 1.0 - level / len(table)
+    )
 
 
 def _alike(groups: dict[int, Floats], best: int, others: list[int], scatter: float, freedom: int) -> list[int]:
-    """Return points whose mean is not significantly worse: t tests with the pooled scatter, Holm over the points."""
-    if freedom == 0:
+    """Return points whose mean is not significantly worse: t tests with the pooled scatter, Bonferroni over all pairs."""
+    if freedom == 0 or not others:
         return []
-    found, least = [], statistics.ROUND_OFF * max(float(np.abs(v).max()) for v in groups.values())
-    for n in others:
-        error = max(scatter * np.sqrt(1.0 / len(groups[n]) + 1.0 / len(groups[best])), least) or 1.0
-        t = abs(groups[n].mean() - groups[best].mean()) / error
-        found.append(Finding(float(t), 0, float(2.0 * stats.t.sf(t, freedom))))
-    return [n for n, f in zip(others, holm(found), strict=True) if f.p > LEVEL]
+    most = float(stats.t.isf(LEVEL / (len(groups) * (len(groups) - 1)), freedom))
+    return [
+        n
+        for n in others
+        if abs(groups[n].mean() - groups[best].mean())
+        <= most * scatter * np.sqrt(1.0 / len(groups[n]) + 1.0 / len(groups[best]))
+    ]
 
 
 def _span(values: pd.Series) -> str:

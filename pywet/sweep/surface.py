@@ -34,8 +34,8 @@ class Response:
 
 
 def through(sweep: Sweep, made: pd.DataFrame, result: str, keys: list[str]) -> Response | None:
-    """Fit a surface of a result over numerical axes to all given rows; None if they are too few."""
-    rows = made[(made["status"] == DONE) & made[result].notna()]
+    """Fit a surface of a result over numerical axes to all given rows, a run once at each place; None if they are too few."""
+    rows = made[(made["status"] == DONE) & made[result].notna()].drop_duplicates([*keys, "run"])
     if rows.empty:
         return None
     values = rows[keys].to_numpy(float)

@@ -38,9 +38,9 @@ def carry_out(asked: Plan, cores: int, ranks: int | None, more: int, say: Say) -
     sweep_folder.claim(asked.folder, asked.file)
     made = _run(asked, missing, cores, ranks, say)
     if more:
-        before = len(asked.added)
+        before = len(asked.points)
         asked = adaptive.extended(asked, made, more)
-        if (added := len(asked.added) - before) < more:
+        if (added := len(asked.points) - before) < more:
             say(
                 f"{added} of {more} points are added: others between the ends of the axes are points already or cannot be run"
             )
@@ -73,9 +73,10 @@ def failures(made: pd.DataFrame) -> str | None:
     if failed.empty:
         return None
     first = failed.iloc[0]
+    again = "; the next call tries them again" if made.attrs["missing"] else ""
     return (
         f"{len(failed)} of {len(made)} runs have no results, first point {first['point']}, seed {first['seed']}: "
-        f"{first['reason']}; the next call tries them again"
+        f"{first['reason']}{again}"
     )
 
 

@@ -50,7 +50,7 @@ def write(plan: Plan, made: pd.DataFrame) -> Path:
         page.Card(str(len(done)), "runs with results", "good" if len(done) == len(made) else "fair"),
     ]
     if failed := int((made["status"] == FAILED).sum()):
-        cards.append(page.Card(str(failed), "runs failed or were not done; the next call tries them", "bad"))
+        cards.append(page.Card(str(failed), "runs failed or were not done", "bad"))
     lead = f"{'. '.join(sentences(plan, made)[:2])}."
     return page.write(plan.folder / NAME, plan.sweep.name, lead, sections, cards)
 
@@ -97,9 +97,13 @@ def _mean(o: Optimum) -> str:
 
 def _alike(o: Optimum) -> str:
     if o.half_width is None:
-        return ", from one run"
+        return f", from {_runs_of(o)}"
     count = len(o.alike) - 1
     return f"; {count} other {'point does' if count == 1 else 'points do'} not differ significantly from it"
+
+
+def _runs_of(o: Optimum) -> str:
+    return "one run" if o.runs == 1 else f"{o.runs} runs without an interval"
 
 
 def _varied(plan: Plan, made: pd.DataFrame) -> str:
@@ -129,12 +133,14 @@ def _optimum(best: list[Optimum]) -> str:
     if not best:
         return page.paragraph("No run has results yet.")
     text = (
-        "Among the points that were run. Interval of the mean: 95 %, Student, scatter of all seeds. Like it: points whose "
-        "mean is not significantly worse (t test with the same scatter, Holm), and the values of the axes there."
+        "Among the points that were run. Interval of the mean: 95 %, for the best of all points and seeds that are common to "
+        "them (scatter of the seeds' means, and of the points about them with Bonferroni). Like it: points whose mean is not "
+        "significantly worse (t test with the scatter of all seeds, Bonferroni over all pairs), and the values of the axes "
+        "there."
     )
     rows: page.Rows = [
         [
-            page.left(f"{o.result}, {o.sense}"), _mean(o) if o.half_width is not None else f"{o.mean:.4g} (one run)",
+            page.left(f"{o.result}, {o.sense}"), _mean(o) if o.half_width is not None else f"{o.mean:.4g} ({_runs_of(o)})",
             page.left(f"point {o.number}: {_values(o.values)}"), str(len(o.alike) - 1) if o.half_width is not None else "–",
             page.left("; ".join(f"{k} {v}" for k, v in o.ranges.items())),
         ]
@@ -145,7 +151,7 @@ def _optimum(best: list[Optimum]) -> str:
 
 def _compared(plan: Plan, made: pd.DataFrame, best: list[Optimum]) -> str:
     """Compare the best point with the next one by the tests of `pywet compare`."""
-    if not best or best[0].next_best is None:
+    if not best or best[0].half_width is None or best[0].next_best is None:
         return ""
     a, b = best[0].number, best[0].next_best
     method, rows = significance.differences(made, plan.results, a, b)

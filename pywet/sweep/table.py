@@ -8,21 +8,22 @@ from typing import Any
 
 import pandas as pd
 
-from pywet.errors import FileError, PywetError
+from pywet.errors import FileError
 from pywet.products.partition import WITHIN
 from pywet.products.screening_report import cut_position, stored
 from pywet.schema import unit_of
+from pywet.sweep.base_kind import Numbers
 from pywet.sweep.description import Function
 from pywet.sweep.gathering import gathered
 from pywet.sweep.plan import Plan, Run
-from pywet.sweep.run_numbers import AT_END, CUT_SIZE
+from pywet.sweep.run_numbers import AT_END, CUT_SIZE, WALL_TIME
 from pywet.util.files import atomic_write, read_table, write_csv
 
 NAME = "sweep.parquet"
 DONE, FAILED = "done", "failed"
 ABOUT = {
     "point": "number of the point", "seed": "counted from the base's", "status": f"{DONE} or {FAILED}",
-    "reason": f"of a failure; of a {CUT_SIZE} that is absent or at an end of the sizes",
+    "reason": f"of a failure; of a result that could not be measured; of a {CUT_SIZE} that is absent or at an end of the sizes",
 }  # fmt: skip
 PURE = ("e_n", "e_t", "e_omega", *AT_END)
 """Results that are dimensionless, with the unit `1`."""
@@ -40,35 +41,38 @@ def units(plan: Plan) -> dict[str, str]:
 
 
 def frame(plan: Plan) -> pd.DataFrame:
-    """Return the table: point, axes, seed, results, status, reason, folder of the run relative to the table's."""
+    """Return the table: point, axes, seed, results, status, reason, folder of the run relative to the table's.
+
+    `attrs["missing"]`: number of runs that the next call tries again.
+    """
     rows = [_row(plan, run) for run in plan.runs]
     made = pd.DataFrame(rows)
     for name in plan.results:
         made[name] = made[name].astype(float)
-    made.attrs["units"] = units(plan)
+    made.attrs |= {"units": units(plan), "missing": len(plan.missing)}
     return made
 
 
 def _row(plan: Plan, run: Run) -> dict[str, Any]:
-    place, reason = plan.store.place(run.built.name), ""
-    try:
-        numbers = gathered(plan, run)
-        reason = plan.store.reason(run.built.name) if numbers is None else _note(plan, place)
-    except PywetError as error:
-        numbers, reason = None, str(error)
-    found = dict.fromkeys(plan.results) if numbers is None else numbers
-    status = FAILED if numbers is None else DONE
+    place = plan.store.place(run.built.name)
+    measured = gathered(plan, run)
+    found, why = measured or (dict.fromkeys(plan.results), [plan.store.reason(run.built.name)])
+    status = FAILED if why and all(value is None for value in found.values()) else DONE
+    reason = "; ".join(why if measured is None else [*why, *_notes(plan, place, found)])
     link = os.path.relpath(place, plan.folder)
     return {
         "point": run.point.number, **run.point.values, "seed": run.seed, **found, "status": status, "reason": reason, "run": link,
     }  # fmt: skip
 
 
-def _note(plan: Plan, place: Path) -> str:
-    """Say why a run without a cut size has none, or that it is at an end of the sizes; empty for all others."""
+def _notes(plan: Plan, place: Path, found: Numbers) -> list[str]:
+    """Say why a run has no cut size, or that it is at an end of the sizes, and why it has no wall time."""
     numbers = stored(place) if CUT_SIZE in plan.results else None
     where = cut_position(numbers) if numbers else WITHIN
-    return "" if where == WITHIN else f"{CUT_SIZE}: {where}"
+    notes = [] if where == WITHIN else [f"{CUT_SIZE}: {where}"]
+    if found.get(WALL_TIME, 0.0) is None:
+        notes.append(f"{WALL_TIME}: unknown, as the run was resumed from a checkpoint")
+    return notes
 
 
 def write(plan: Plan, made: pd.DataFrame) -> Path:

@@ -78,11 +78,10 @@ class Jobs:
         return max(LEAST_MB, math.ceil(1.5 * self._cost(job).memory_B / 1e6)) * 2 ** (attempt - 1)
 
     def minutes(self, job: str, attempt: int) -> int:
-        """Return the wall time to request [min], doubled with each attempt."""
+        """Return the wall time to request [min], doubled with each attempt; of an unknown cost the sweep's limit."""
         cost = self._cost(job)
-        return max(needs.LEAST_MIN, math.ceil(needs.SAFE * cost.seconds / 60.0) if cost.known else 0) * 2 ** (
-            attempt - 1
-        )
+        minutes = needs.SAFE * cost.seconds / 60.0 if cost.known else 60.0 * self.plan.sweep.most_core_hours
+        return max(needs.LEAST_MIN, math.ceil(minutes)) * 2 ** (attempt - 1)
 
     def run(self, job: str, done: Path) -> None:
         """Execute a job and write the number of runs with results; a failed run does not fail the job."""

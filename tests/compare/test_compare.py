@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -324,11 +325,11 @@ def test_a_failed_check_is_a_difference(tmp_path: Path) -> None:
 def test_digest_of_runs(tmp_path: Path) -> None:
     """Mean and spread come back; a run of the same kind passes, a changed one raises the alarm; bad runs are refused."""
     random = np.random.default_rng(3)
-    values = [{"x": (1.0 + 0.1 * random.normal(), 1.0, "m"), "y": (2.0, 2.0, "1")} for _ in range(10)]
+    values = [{"x": (1.0 + 0.1 * random.normal(), 1.0, "m"), "y": (2.0, 2.0, "m")} for _ in range(10)]
     stored = digest.load(digest.save(digest.make("one", "command", values), tmp_path / "one.json"))
     assert stored.numbers["x"].spread == pytest.approx(np.std([v["x"][0] for v in values], ddof=1), rel=1e-9)
-    assert all(r.ok for r in digest.against(stored, "run", {"x": (1.1, 1.0, "m"), "y": (2.0 + 1e-6, 2.0, "1")}))
-    assert [r.ok for r in digest.against(stored, "run", {"x": (3.0, 1.0, "m"), "y": (2.001, 2.0, "1")})] == [
+    assert all(r.ok for r in digest.against(stored, "run", {"x": (1.1, 1.0, "m"), "y": (2.0 + 1e-6, 2.0, "m")}))
+    assert [r.ok for r in digest.against(stored, "run", {"x": (3.0, 1.0, "m"), "y": (2.001, 2.0, "m")})] == [
         False,
         False,
     ]
@@ -346,6 +347,21 @@ def test_counts_that_coincide_in_a_digest(tmp_path: Path) -> None:
         stored = digest.make("one", "command", runs)
         values = {"n": (78.0, 77.0, "events"), "x": (1.0, 1.0, "m")}
         assert [row.ok for row in digest.against(stored, "run", values)] == [ok, True]
+
+
+def test_shares_that_coincide_in_a_digest() -> None:
+    """59 of 60 where all runs had 60: as stored if the curve scatters at another time, or nowhere while other numbers do; a
+    length is changed, and everything where nothing scatters."""
+    for deviation, oks in ((0.1, [True, True, False]), (0.0, [False, False, False])):
+        shares = {"share at 20%": (1.0, 1.0, "1"), "rare": (1.0, 1.0, "of all"), "x at 20%": (1.0, 1.0, "m")}
+        runs = [{**shares, "share at 40%": (1.0 - deviation * k, 1.0, "1")} for k in range(3)]
+        stored = digest.make("one", "command", runs)
+        values = {name: (59 / 60, *rest) for name, (_, *rest) in shares.items()}
+        assert [row.ok for row in digest.against(stored, "run", values)[:3]] == oks
+    stored = digest.make(
+        "one", "command", [{"n at 20%": (1.0, 1.0, "1"), "n at 40%": (k, 1.0, "1")} for k in (0.4, 0.5)]
+    )
+    assert digest.allowed(stored, "n at 20%") == digest.allowed(stored, "n at 40%") < math.inf
 
 
 def test_a_run_that_fails_a_check_is_not_as_its_digest(tmp_path: Path) -> None:

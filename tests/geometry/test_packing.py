@@ -50,6 +50,7 @@ def test_all_spheres_are_inside_and_apart(classes: tuple[SphereClass, ...], regi
 
 def test_same_seed_same_spheres() -> None:
     pd.testing.assert_frame_equal(fill(COARSE, SMOKE, 5), fill(COARSE, SMOKE, 5), check_exact=True)
+    pd.testing.assert_frame_equal(fill(COARSE, SMOKE, 5), fill(COARSE, SMOKE, [5, 0]), check_exact=True)
     assert not np.allclose(fill(COARSE, SMOKE, 5)["x"], fill(COARSE, SMOKE, 6)["x"])
 
 

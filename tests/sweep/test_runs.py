@@ -11,6 +11,7 @@ import threading
 import time
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pandas as pd
@@ -207,6 +208,9 @@ def test_the_name_of_a_point_depends_on_the_code_that_computes_it(
         (True, 1, [3600.0], 16, 1, "60 min on 1 core,"),
         (True, 1, [60.0] * 24, 2, 2, "12 min on 2 cores,"),
         (True, 1, [60.0, 7200.0], 16, 2, "2 h on 2 cores,"),
+        (True, 1, [3600.0] * 3, 2, 2, "2 h on 2 cores,"),
+        (True, 1, [60.0] * 4 + [7200.0], 4, 4, "2 h on 4 cores,"),
+        (True, 2, [3600.0, 1800.0, 5400.0], 4, 2, "60 min on 4 cores,"),
         (True, 4, [3600.0] * 4, 4, 1, "60 min on 4 cores,"),
         (True, 4, [3600.0] * 4, 9, 2, "30 min on 8 cores,"),
         (True, 4, [3600.0], 2, 1, "30 min on 2 cores,"),
@@ -252,6 +256,25 @@ def test_a_function_of_a_file_runs_below_the_sweep_or_with_trust_and_again_when_
     assert set(made["reason"]) == {
         "../other.py:twice raises ZeroDivisionError: division by zero; expected a number of every run"
     }
+
+
+def test_a_result_that_cannot_be_measured_loses_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is absent from its row, which says why; a run without any result has failed, and no call tries it again."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text("def depth(answer):\n    return 1.0 if answer['e_n'] > 0.5 else float('nan')\n")
+    wall = {**WALL, "gather": ["e_n", {"function": "mine.py:depth", "unit": "1"}]}
+    made = done(asked(tmp_path, wall))
+    lost = made["e_n"] <= 0.5
+    assert 0 < lost.sum() < 6 and (made["depth"].isna() == lost).all() and (made["status"] == table.DONE).all()
+    assert (made["reason"].where(lost, "") == made["reason"]).all()
+    assert set(made["reason"][lost]) == {"depth is nan; expected a number of every run"}
+    assert sweep_command.failures(made) is None
+    jobs = Jobs(tmp_path / "sweep.yaml")
+    jobs.run(f"{ALL}0", tmp_path / "done.json")
+    jobs.verdict(tmp_path / "verdict.txt")
+    alone = done(asked(tmp_path, {**wall, "gather": wall["gather"][1:]}))
+    assert ((alone["status"] == table.FAILED) == lost).all()
+    assert str(sweep_command.failures(alone)).endswith(": depth is nan; expected a number of every run")
 
 
 def test_the_table_is_tidy_and_has_units(tmp_path: Path) -> None:
@@ -342,6 +365,30 @@ def test_what_runs_took_is_printed_next_to_the_prediction_and_predicts_others(tm
     assert printed == "2 runs took 3 core-hours, 0.004 GB (predicted 1 core-hours, 0.002 GB)"
     assert plan.spent(of, [(run, UNKNOWN) for run in runs]) == "2 runs took 3 core-hours, 0.004 GB"
     assert store.typical("fake-3") == Cost(5400.0, 2e6) and store.typical("other-3") is None
+
+
+def test_the_time_of_a_resumed_run_is_not_known(tmp_path: Path) -> None:
+    """Its wall time counts from the checkpoint, the processor time from this call: the row says so, no cost is stored."""
+    for step, time_s in ((None, 2.0), (500, None)):
+        summary = {
+            "wall_s": 2.0,
+            "resumed_at_step": step,
+            "events": None,
+            "initial_liquid_m3": 0.0,
+            "liquid_end_m3": {},
+        }
+        loaded: Any = SimpleNamespace(summary=summary, path=tmp_path, has=lambda _: False)
+        assert run_numbers.numbers(loaded)["wall_time_s"] == time_s
+    of = asked(tmp_path, {**WALL, "gather": ["e_n"]})
+    notes = [table._notes(of, tmp_path, {"wall_time_s": time_s}) for time_s in (2.0, None)]
+    assert notes == [[], ["wall_time_s: unknown, as the run was resumed from a checkpoint"]]
+    store, kind = Store(tmp_path / "store"), Fake(Base(wall=Path("none")), tmp_path)
+    for number, begun in ((1, False), (2, True)):
+        run = Run(Numbered(number, {"a": number}), 0, kind.built({"a": number}, 0))
+        if begun:
+            with run_folder.hold(store.place(run.built.name)):
+                write_json(store.place(run.built.name) / "scene.json", {})
+        assert running.do(kind, run, store) and (store.took(run.built.name) is None) == begun
 
 
 def test_a_run_of_another_call_is_left_to_it(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

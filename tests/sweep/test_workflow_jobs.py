@@ -12,6 +12,7 @@ from pywet.collisions.wall import wall
 from pywet.errors import PywetError
 from pywet.sweep import table
 from pywet.sweep.workflow_jobs import ALL, Jobs
+from tests.cases.script import scripts
 from tests.error_codes import raises_code
 from tests.sweep.files import WALL, write
 
@@ -67,6 +68,22 @@ def test_an_edit_of_a_sweep_that_was_done_is_a_new_job(tmp_path: Path, monkeypat
     function.write_text("def depth(answer):\n    return 3.0 * answer['e_n']\n")
     edited = Jobs(tmp_path / "sweep.yaml")
     assert edited.missing == [] and edited.word != before
+
+
+def test_a_script_that_was_never_run_has_the_time_of_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """24 h by default, since a script that is stopped by the cluster begins again; later runs have that of stored ones."""
+    monkeypatch.chdir(tmp_path)
+    scripts.write(tmp_path)
+    axes = {"liquid.percent": [1.0, 2.0]}
+    jobs = Jobs(
+        write(tmp_path, {"name": "mine", "base": {"script": "in.script"}, "axes": axes, "gather": ["ruptures"]})
+    )
+    job, other = jobs.missing
+    assert (jobs.minutes(job, 1), jobs.minutes(job, 2)) == (1440, 2880)
+    name = jobs.plan.runs[0].built.name
+    jobs.plan.store.place(name).mkdir(parents=True)
+    jobs.plan.store.note(name, 1200.0)
+    assert jobs.minutes(other, 1) == 60
 
 
 def test_a_job_of_a_changed_sweep_is_refused(tmp_path: Path) -> None:

@@ -443,7 +443,7 @@ def _first_places(made: Building) -> pd.DataFrame:
         elif entry.insertion is None:
             regions[entry.box or entry.cylinder].append(sphere)
     for number, (shape, inside) in enumerate(regions.items()):
-        tables.append(fill(inside, shape.region(), made.user_scene.seed + number))
+        tables.append(fill(inside, shape.region(), [made.user_scene.seed, number]))
     tables.append(waiting(made.classes, made.user_scene.spheres, made.thickness, made.user_scene.seed, made.ahead_s))
     table = pd.concat(tables, ignore_index=True)[["type", *"xyz"]].astype({"type": np.int64})
     table.insert(0, "id", np.arange(1, len(table) + 1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +50,17 @@ def test_the_first_films_are_what_the_engine_starts_from(tmp_path: Path) -> None
     assert films.loc[films["type"] == 1, "film"].max() == 0.0
     assert 1000 * films["film"].sum() == pytest.approx(0.03 * 20 * SPHERE_KG)
     assert EngineScene.read(tmp_path / "scene.json").effects.bridges
+
+
+def test_no_region_has_the_packing_of_another_nor_of_another_seed() -> None:
+    """Three equal boxes and three seeds: the spheres of each of the nine are elsewhere in their box, by 0.1 mm at least."""
+    entry, found = beads()["spheres"][0], []
+    boxes = [{"low_mm": (30 * k, 0, 0), "high_mm": (30 * k + 20, 20, 20)} for k in range(3)]
+    spheres = [{**entry, "name": f"beads{k}", "box": box} for k, box in enumerate(boxes)]
+    for seed in (1, 2, 3):
+        table = Building(pywet.Scene(**beads(spheres=spheres, seed=seed))).spheres
+        found += [table.loc[table["type"] == k + 1, [*"xyz"]].to_numpy() - [0.03 * k, 0.0, 0.0] for k in range(3)]
+    assert min(np.abs(a - b).max() for a, b in combinations(found, 2)) > 1e-4
 
 
 def test_spheres_lie_in_their_region_and_do_not_touch() -> None:
