@@ -56,7 +56,7 @@ def colours(count: int, first: Sequence[str] = COLOURS) -> list[str]:
     """
     if count <= len(first):
         return list(first[:count])
-    return [str(to_hex(hsv_to_rgb((k / count, 0.85, (0.45, 0.8)[k % 2])))) for k in range(count)]
+    return [str(to_hex(tuple(hsv_to_rgb((k / count, 0.85, (0.45, 0.8)[k % 2]))))) for k in range(count)]
 
 
 def dash(k: int) -> Any:

@@ -156,7 +156,8 @@ class Cases:
 
     def done(self, number: int) -> bool:
         """Return whether every stage of a case succeeded and no check of the outcome of it and its further seeds fails."""
-        return all(self._ended(run) and self._passed(run) for run in (number, *self.begun(number)))
+        runs: list[int | str] = [number, *self.begun(number)]
+        return all(self._ended(run) and self._passed(run) for run in runs)
 
     def _ended(self, run: int | str) -> bool:
         """Return whether every stage of a run succeeded; a further seed may have no VTK files."""

@@ -264,8 +264,8 @@ def _answer(cases: Cases, numbers: Numbers) -> Iterator[Value]:
         yield f"{name_of(first)}.configuration", cases.configuration(first), "states"
         yield f"{name_of(first)}.coarse_percent", 100.0 * cases.summary(first)["coarse_share"], "3 digits"
         if first != last:
-            ends = cases.dry_ends(first), cases.dry_ends(last)
-            compared = list(_difference(f"{name_of(last)}.difference", *ends, LEVEL / many))
+            both = cases.dry_ends(first), cases.dry_ends(last)
+            compared = list(_difference(f"{name_of(last)}.difference", *both, LEVEL / many))
             outcomes.append(compared[0][1])
             yield from compared
     several = "whole" if outcomes and len(groups) > 1 else "absent"

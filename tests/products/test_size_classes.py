@@ -164,8 +164,8 @@ def test_moisture_of_a_feed_is_that_of_each_size_and_per_cent_of_the_liquid_one_
         percent = [100 * 1000 * v / c.mass_kg for v, c in zip(film, made.classes, strict=True)]
         same = percent if more else made.thickness
         assert same == pytest.approx([same[0]] * 3, rel=1e-6)
-        told = "each size with 2 % of liquid (liquid.percent: one film thickness for all sizes)"
-        assert (told in building.feeds(scene, made.classes)[0]) == bool(more)
+        sentence = "each size with 2 % of liquid (liquid.percent: one film thickness for all sizes)"
+        assert (sentence in building.feeds(scene, made.classes)[0]) == bool(more)
 
 
 @pytest.mark.parametrize(
