@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import html
-import json
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -47,7 +46,7 @@ def element(runs: Sequence[tuple[str, RunDir]], panels: int = 1, most: int = MOS
         for name, run in runs
     )
     names = list(dict.fromkeys(c.name for _, run in runs for c in run.scene.classes))
-    classes = html.escape(json.dumps(dict(zip(names, colours(len(names), CLASSES), strict=True))))
+    classes = html.escape(embedded(dict(zip(names, colours(len(names), CLASSES), strict=True))))
     return (
         f'<style>{style}</style>\n<div class="viewer" data-panels="{panels}" data-classes="{classes}">\n{data}</div>\n'
         f"<script>{three}</script>\n<script>{viewer}</script>\n"
