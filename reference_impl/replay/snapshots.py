@@ -55,7 +55,9 @@ def outlived(run: Run, lives: Lives) -> tuple[pd.DataFrame, Floats, Floats]:
     table, static = bridges.iloc[rows].reset_index(drop=True), lives.all.rupture_distance[at[rows]]
     wall, speeds = table["partner_kind"].to_numpy() != laws.SPHERE, run.table("trajectory").set_index(["step", "id"])
     vi, vj = (
-        speeds.reindex(pd.MultiIndex.from_arrays([table["step"], table[end]]))[["vx", "vy", "vz"]].to_numpy(float)
+        speeds.reindex(pd.MultiIndex.from_arrays([table["step"], table[end]]))[["vx", "vy", "vz"]].to_numpy(
+            float, copy=True
+        )
         for end in ("i", "j")
     )
     if wall.any():
