@@ -217,8 +217,12 @@ If the records cannot distinguish several faults, all of them are reported (`ali
 
 ## Coverage
 
-- **Late formations and ruptures** are searched for in every event. A formation at an edge of a wall that is
-  one step late is not reported.
+- **Late formations and ruptures** are searched for in every event, ruptures with a margin for the speed that a third body may
+  take from a pair in one step: the speed of the fastest event, at most 0.2 m/s. In a viscous liquid that is much of the limit;
+  outside the sampling windows a fault below it is not detected. A formation at an edge of a wall that is one step late is not
+  reported.
+- **Bridges that do not rupture** are searched for at every output, with the same margin, and in every step of the
+  sampling windows.
 - **Missed formations and wrong triangles, bridge ends or gaps** are searched for at every output and in every step of the
   sampling windows.
 - **Forces outside those windows** are recomputed for groups of spheres that get no new neighbours between two outputs, in up to

@@ -43,6 +43,15 @@ SCENES: dict[str, dict[str, Any]] = {
         "spheres": [{**BEADS, "count": 12, "box": {"low_mm": [-6, -6, 0.05], "high_mm": [6, 6, 14]}}],
         "walls": [{"name": "pan", "vessel": {"inner_width_mm": 13, "height_mm": 16}}],
     },
+    "a liquid of much viscosity": {  # the limit of a bridge falls with the speed, as at every turn of the pan
+        "duration_s": 0.06, "materials": {"glass": {"density_kg_per_m3": 2500, "contact_angle_deg": 20}},
+        "liquid": {"percent": 1, "viscosity_Pa_s": 1.4, "surface_tension_N_per_m": 0.063},
+        "spheres": [{**BEADS, "count": 12, "box": {"low_mm": [-6, -6, 0.05], "high_mm": [6, 6, 14]}}],
+        "walls": [{
+            "name": "pan", "vessel": {"inner_width_mm": 13, "height_mm": 16},
+            "vibrates": {"amplitude_mm": [0, 0, 1.5], "frequency_Hz": 50},
+        }],
+    },
     "spheres that are inserted later": {
         "duration_s": 0.02, "materials": {"glass": {"density_kg_per_m3": 2500}}, "liquid": {"percent": 1},
         "spheres": [{

@@ -307,6 +307,7 @@ OF_BOTH = OF_FORCES | OF_EVENTS
 OF_COUNTS = OF_EVENTS | {"separation"}
 SHOW_AGAIN = {
     "standing_beyond_limit": OF_LIMITS, "formation_late": {"event_speed"},
+    "snapshot_beyond_limit": OF_COUNTS | {"snapshot_separation", "snapshot_ends", "trajectory_velocity"},
     **{name: OF_LIMITS | {"event_speed"} for name in ("rupture_due", "rupture_late")},
     **{name: OF_BOTH for name in ("flight_place", "flight_velocity", "between_momentum")},
     "energy_windows": OF_BOTH | {"contact_spring", "contact_logged"},

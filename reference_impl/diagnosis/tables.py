@@ -20,10 +20,10 @@ from reference_impl.diagnosis.suspects import factor, gaps, middle
 from reference_impl.motion import budget, nearest, wet, window
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.weight import carried
-from reference_impl.replay import bridge_ends, felt, io, stored_tables, whole
+from reference_impl.replay import bridge_ends, felt, io, snapshots, stored_tables, whole
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.io import Run
-from reference_impl.replay.lives import RUPTURE
+from reference_impl.replay.lives import RUPTURE, Lives, none
 from reference_impl.shown import exchanged
 
 STEPS = 400
@@ -44,6 +44,7 @@ def links(run: Run, part: Run, failed: Sequence[str]) -> Iterator[Link]:
         ({"snapshot_triangle"}, lambda: [triangles(part, "snapshot")]),
         ({"snapshot_ends", "snapshot_separation", "event_separation"}, lambda: list(ends(part))),
         ({"event_speed"}, lambda: [event_speeds(run, setup)]),
+        ({"snapshot_beyond_limit"}, lambda: [outlived(part)]),
         ({f"between_{n}" for n in ("capillary", "drag", "momentum")}, lambda: list(between.links(run))),
         ({"flight_place", "flight_velocity"}, lambda: list(links_works.flight(run, setup))),
         ({f"energy_{n}" for n in (*budget.LIMITS,)}, lambda: list(links_works.works(run))),
@@ -262,6 +263,19 @@ def event_speeds(run: Run, setup: window.Setup) -> Link:
     marks = {"ruptures": (rows["kind"] == RUPTURE).to_numpy(), "formations": (rows["kind"] != RUPTURE).to_numpy()}
     return Link("event_speed", "speed of an event", rows, logged, expected, size, lambda broken: factor(logged, expected, broken),
                 marks=marks)  # fmt: skip
+
+
+def outlived(run: Run) -> Link:
+    """Diagnose bridges at the outputs that should have ruptured."""
+    rows, gap, limit = snapshots.outlived(run, Lives(none(), run.table("events"), 0, -1))
+    wrong, one = (gap > limit * (1.0 + 1e-9)).astype(float), np.ones(len(rows))
+
+    def suspects(broken: Floats) -> Iterator[Suspect]:
+        ratio = float((gap / limit)[broken].max())
+        yield Suspect(f"it is made too late (a bridge still exists at {ratio:.4g} of its largest limit)", wrong, ratio)
+
+    return Link("snapshot_beyond_limit", "rupture", rows, wrong, 0.0 * one, one, suspects,
+                says=lambda _: "a bridge still exists beyond its limit")  # fmt: skip
 
 
 def rows_missing(run: Run) -> Iterator[Link]:

@@ -6,10 +6,11 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.motion import impulses
-from reference_impl.replay import coverage, io, laws
+from reference_impl.replay import coverage, io, laws, script
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Quantity, compare
+from reference_impl.replay.formations import anew
 from reference_impl.replay.io import Run
 from reference_impl.replay.liquid_ledger import Columns
 from reference_impl.replay.lives import FORMATION, RETIREMENT, RUPTURE, Lives, keys
@@ -17,11 +18,15 @@ from reference_impl.replay.plans import entered
 
 __all__ = ["FORMATION", "RUPTURE", "at_step", "bodies", "check", "end", "ledger"]
 MEAN = "mean film of a sphere"
-FASTER = 1.1, 0.2
-"""Factor, and additional speed [m/s], by which the speed at one check may exceed that at the next one or at the formation.
+FASTER = 1.1
+"""Factor by which the speed at one check may exceed that at the next one or at the formation; `change` is added to it.
 
 An impact of one of the two spheres on a third body adds the speed of that impact, if it is larger (`impact_speeds`).
 """
+LITTLE = 0.05
+"""Share of the limit that a speed may add at rest without being considered."""
+LARGEST_CHANGE = 0.2
+"""Largest additional speed [m/s] without an impact."""
 
 
 def total(run: Run) -> float:
@@ -55,10 +60,8 @@ def check_rupture(run: Run, lives: Lives) -> list[Quantity]:
     if not coverage.solved(run, "rupture") and name in laws.RUPTURE:
         static = laws.RUPTURE[name](events["volume"].to_numpy(float), p.ri, p.rj, p.wall, p.ti, p.tj)
         found = [compare("rupture_distance", "itself", logged, static, static, events)]
-    factor = np.ones(len(events))
-    if coverage.law(run, "dynamic_rupture") and coverage.known(run, "dynamic_rupture"):
-        factor = laws.pitois_factor(events["speed"].to_numpy(float), run.meta["viscosity"], run.meta["surface_tension"])
-    due = events["separation"].to_numpy() >= static * factor * (1.0 - 1e-9)
+    limit = limits(run, static, events["speed"].to_numpy(float))
+    due = events["separation"].to_numpy() >= limit * (1.0 - 1e-9)
     others = np.isin(
         events["kind"], (FORMATION, RETIREMENT)
     )  # these are judged elsewhere, and there are no further kinds
@@ -71,18 +74,37 @@ def check_rupture(run: Run, lives: Lives) -> list[Quantity]:
     ]
 
 
+def change(run: Run) -> float:
+    """Return the speed [m/s] that a pair may lose to a third body between two checks: that of the fastest event.
+
+    In a script's run, in which speeds may be set, it is `LARGEST_CHANGE`.
+    """
+    if "change" not in run.known:
+        fastest = io.columns(io.where(run.folder, "events"), ["speed"])["speed"].to_numpy().max(initial=1e-9)
+        little = LITTLE**2 * run.meta["surface_tension"] / max(run.meta["viscosity"], 1e-300)
+        run.known["change"] = LARGEST_CHANGE if script.of(run.folder) else min(max(little, fastest), LARGEST_CHANGE)
+    return float(run.known["change"])
+
+
+def limits(run: Run, static: Floats, speed: Floats) -> Floats:
+    """Return the gaps at which bridges rupture at some speeds; the static ones for a law that is not known."""
+    if coverage.law(run, "dynamic_rupture") is None or not coverage.known(run, "dynamic_rupture"):
+        return static
+    return static * laws.pitois_factor(speed, run.meta["viscosity"], run.meta["surface_tension"])
+
+
 def late_ruptures(run: Run, static: Floats, lives: Lives) -> Floats:
     """Ruptures whose gap exceeded the limit at the previous neighbour check already, as far as the logged speed shows.
 
     Between two neighbour checks the speed may change: by a third body, and by an impact that takes what was left of the speed at
-    the formation. The limit is evaluated at a speed that exceeds the larger of both by `FASTER`.
+    the formation. The limit is evaluated at a speed that exceeds the larger of both by `FASTER` and `change`. Those just after a
+    wall has started or stopped are not judged.
     """
 
     def gone(of: Floats) -> Floats:
         """Whether the previous gap exceeds the limit at speeds that were higher by `of`."""
-        most = FASTER[0] * np.maximum(speed, at_formation) + of
-        factor = laws.pitois_factor(most, run.meta["viscosity"], run.meta["surface_tension"]) if dynamic else 1.0
-        return np.asarray(stood & (gap - way > static * factor * (1.0 + 1e-9)))
+        limit = limits(run, static, FASTER * np.maximum(speed, at_formation) + of)
+        return np.asarray(stood & (gap - way > limit * (1.0 + 1e-9)))
 
     events, every = run.table("events"), impulses.every(run)
     speed, gap = events["speed"].to_numpy(float), events["separation"].to_numpy(float)
@@ -93,12 +115,15 @@ def late_ruptures(run: Run, static: Floats, lives: Lives) -> Floats:
     at_formation = np.append(lives.all.speed, 0.0)[lives.previous]
     # a bridge formed at the last check has not been checked for rupture
     formed = np.append(lives.all.step, np.iinfo(np.int64).max)[lives.previous]
-    stood = (events["kind"] == RUPTURE) & (formed < events["step"] - every)
-    more = np.full(len(gap), FASTER[1])
+    step = events["step"].to_numpy(np.int64)
+    since = step[:, None] - anew(run)
+    stood = (events["kind"] == RUPTURE).to_numpy() & (formed < step - every)
+    stood &= ~((since >= 0) & (since <= every)).any(axis=1)
+    more = np.full(len(gap), change(run))
     late = gone(more)
     if dynamic and late.any():
         rows = np.flatnonzero(late)
-        more[rows] = np.maximum(impact_speeds(lives, rows, static[rows], float(run.meta["time_step"])), FASTER[1])
+        more[rows] = np.maximum(impact_speeds(lives, rows, static[rows], float(run.meta["time_step"])), more[rows])
         late = gone(more)
     return late
 
@@ -108,11 +133,11 @@ def impact_speeds(lives: Lives, rows: Floats, reach: Floats, time_step: float) -
 
     An impact is the formation of another bridge, from which on its speed has covered at most `reach` [m].
     """
-    of, fast = lives.all, np.flatnonzero(lives.formation & (lives.all.speed > FASTER[1]))
+    of, fast = lives.all, np.flatnonzero(lives.formation & (lives.all.speed > LARGEST_CHANGE))
     fast = fast[np.argsort(of.step[fast], kind="stable")]
     ends, found = of.ends(), np.zeros(len(rows))
     here = rows + len(of) - len(lives.previous)  # the events are the last entries of `all`
-    earliest = of.step[here] - np.ceil(reach / (FASTER[1] * time_step))
+    earliest = of.step[here] - np.ceil(reach / (LARGEST_CHANGE * time_step))
     spans = np.searchsorted(of.step[fast], [earliest, of.step[here]], "right").T
     for k, (first, last) in enumerate(spans):
         near = fast[first:last]

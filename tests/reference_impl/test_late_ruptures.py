@@ -2,23 +2,40 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
+import json
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 
+from reference_impl.replay.io import Run
+from reference_impl.replay.laws import pitois_factor
 from reference_impl.replay.liquid import late_ruptures
 from reference_impl.replay.lives import Lives, none
 
 
-def judged(events: pd.DataFrame, time_step: float) -> list[bool]:
-    """Whether each event is a late rupture, in water at every step."""
+def judged(
+    folder: Path,
+    events: pd.DataFrame,
+    time_step: float,
+    viscosity: float = 1e-3,
+    walls: tuple[dict[str, Any], ...] = (),
+) -> list[bool]:
+    """Whether each event is a late rupture, at every step; in water unless a viscosity is given."""
     meta = {
-        "time_step": time_step, "bridges_every": 1, "viscosity": 1e-3, "surface_tension": 0.07275,
+        "time_step": time_step, "bridges_every": 1, "viscosity": viscosity, "surface_tension": 0.07275,
         "effects": {"dynamic_rupture": "pitois"},
     }  # fmt: skip
-    run: Any = SimpleNamespace(table=lambda name: events, meta=meta)
+    scene = {
+        "output": {"interval_s": 1.0}, "effects": {"bridges": True}, "classes": [], "pairs": [], "walls": walls,
+        "gravity_m_per_s2": [], "spheres_file": "", "time_step_s": time_step, "duration_s": 1.0,
+    }  # fmt: skip
+    (folder / "scene.json").write_text(json.dumps(scene))
+    (folder / "history").mkdir()
+    events.to_parquet(folder / "history" / "events.parquet")
+    run = Run(folder, meta, {"events": events})
     late = late_ruptures(run, events["rupture_distance"].to_numpy(), Lives(none(), events, 0, -1))
     return list(late.tolist())
 
@@ -34,7 +51,7 @@ def judged(events: pd.DataFrame, time_step: float) -> list[bool]:
     ],
 )
 def test_a_bridge_that_lost_its_speed_in_one_step(
-    at_formation: float, at_rupture: float, gap: float, late: bool
+    tmp_path: Path, at_formation: float, at_rupture: float, gap: float, late: bool
 ) -> None:
     static = 5.18195e-4
     events = pd.DataFrame(
@@ -43,7 +60,7 @@ def test_a_bridge_that_lost_its_speed_in_one_step(
             "volume": 1.0126e-10, "rupture_distance": static, "separation": [3.1e-5, gap], "speed": [at_formation, at_rupture],
         }
     )  # fmt: skip
-    assert judged(events, 1.77e-5) == [False, late]
+    assert judged(tmp_path, events, 1.77e-5) == [False, late]
 
 
 @pytest.mark.parametrize(
@@ -59,7 +76,7 @@ def test_a_bridge_that_lost_its_speed_in_one_step(
     ],
 )
 def test_a_pair_of_which_one_sphere_hit_a_third_body(
-    other: tuple[int, int, int] | None, since: int, late: bool
+    tmp_path: Path, other: tuple[int, int, int] | None, since: int, late: bool
 ) -> None:
     """At 0.39 m/s the limit is 0.771 mm; the gap a step before, 0.786 mm, is below it only from 0.65 m/s on."""
     of_pair, at = (14273, 15430, 0), 42694
@@ -68,4 +85,41 @@ def test_a_pair_of_which_one_sphere_hit_a_third_body(
         rows.insert(1, (at - since, 0, *other, 2.1e-5, 1.730143))
     events = pd.DataFrame(rows, columns=["step", "kind", "i", "j", "partner_kind", "separation", "speed"])
     events["volume"], events["rupture_distance"] = 2.27e-10, 7.179811106096124e-4
-    assert judged(events, 2.42e-5) == [False] * (len(rows) - 1) + [late]
+    assert judged(tmp_path, events, 2.42e-5) == [False] * (len(rows) - 1) + [late]
+
+
+STATIC = 5e-4
+
+
+@pytest.mark.parametrize(
+    ("speed", "fastest", "of_limit", "late"),
+    [
+        (0.01, 0.01, 1.5, True),  # slow, and so is all else
+        (0.01, 0.01, 1.2, True),
+        (0.01, 0.01, 1.01, False),
+        (0.01, 1.0, 1.5, False),  # where others collide at 1 m/s: before a collision the limit was higher
+        (0.0, 0.04, 1.3, False),  # at a turn of a shaken pair the speed vanishes for a step
+    ],
+)
+@pytest.mark.parametrize("viscosity", [1.0, 1.4])
+def test_ruptures_of_a_viscous_liquid(
+    tmp_path: Path, viscosity: float, speed: float, fastest: float, of_limit: float, late: bool
+) -> None:
+    """The margin is the speed that can be lost in one step, not a fixed one that exceeds all speeds."""
+    gap = STATIC * of_limit * float(pitois_factor(np.array([speed]), viscosity, 0.07275)[0])
+    rows = [(10, 0, 1, 2, 1e-5, speed), (20, 0, 8, 9, 1e-5, fastest), (50000, 1, 1, 2, gap, speed)]
+    assert judged(tmp_path, _events(rows), 1e-5, viscosity) == [False, False, late]
+
+
+@pytest.mark.parametrize(("step", "late"), [(1001, False), (1002, True)])
+def test_the_wall_of_a_bridge_stops(tmp_path: Path, step: int, late: bool) -> None:
+    """The speed of the wall is gone at once, and with it what the speed added to the limit."""
+    slide = {"opens_at_s": 0.0, "travel_s": 0.01, "velocity_m_per_s": [0.1, 0.0, 0.0]}
+    walls = ({"name": "plate", "motion": "slides", "motion_parameters": slide},)
+    rows = [(10, 0, 1, 2, 1e-5, 0.0), (step, 1, 1, 2, 1.9 * STATIC, 0.0)]
+    assert judged(tmp_path, _events(rows), 1e-5, 1.0, walls) == [False, late]
+
+
+def _events(rows: list[tuple[float, ...]]) -> pd.DataFrame:
+    events = pd.DataFrame(rows, columns=["step", "kind", "i", "j", "separation", "speed"])
+    return events.assign(partner_kind=0, volume=1e-10, rupture_distance=STATIC)

@@ -92,7 +92,8 @@ PATCHES: list[tuple[str, str, str]] = [
     (
         "forces.cpp",
         "g.separation >= b.rupture_distance && g.separation >= standing_.rupture_limit(b, g))) continue;",
-        'g.separation >= b.rupture_distance * (injected("early rupture") ? 0.8 : injected("late rupture") ? 1.25 : 1.0) &&\n'
+        'g.separation >= b.rupture_distance * (injected("early rupture") ? 0.8 : injected("late rupture") ? 1.25\n'
+        '                                           : injected("bridges never rupture") ? 1e9 : 1.0) &&\n'
         "          g.separation >= standing_.rupture_limit(b, g) *\n"
         '                              (injected("early rupture") ? 0.8 : injected("late rupture") ? 1.25 : 1.0))) continue;',
     ),
@@ -161,6 +162,7 @@ NAMED: dict[str, tuple[str, str]] = {
     "dynamic rupture ignored": ("rupture_limit", "dynamic rupture is ignored"),
     "early rupture": ("rupture_due", "it is made too early (at 0.80"),
     "late rupture": ("rupture_late", "it is made too late (at 1.25"),
+    "bridges never rupture": ("standing_beyond_limit", "it is made too late (a bridge still exists at"),
     "rupture of equal spheres": ("rupture_distance", "a wall is treated as a sphere of the particle's size"),
     "films twice as thick": ("formation_due", "it is made too early"),
     "formation on touch": ("formation_missed", "it is made too late (only when the bodies touch)"),
@@ -197,6 +199,7 @@ UNSEEN: dict[str, tuple[str, bool, str]] = {
 BESIDE: dict[str, tuple[bool, str, str]] = {
     "closest point": (True, "snapshot_ends", "it is moved by 1e-05, 0, 0"),
     "late rupture": (False, "rupture_late", "it is made too late (at 1.25"),
+    "bridges never rupture": (False, "snapshot_beyond_limit", "it is made too late (a bridge still exists at"),
 }
 """Faults that outputs and events show, without recorded motion or contacts: whether contacts are logged, quantity, words."""
 
