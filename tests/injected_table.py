@@ -193,7 +193,7 @@ UNSEEN = (
     ("a custom law without a reference implementation",
      "the force of the law is taken from the log (`unchecked` in replay.json)"),
     ("contact forces of the dry model, without recorded motion",
-     "they are checked by Newton's law only with `output.window_trajectories`"),
+     "they are checked by Newton's law only with `output.window_trajectories`; without it the run agrees `in part`"),
     ("a wrong reading of a paper that engine and reference share",
      "both use the same corrected equations ([shared assumptions](shared_readings.md))"),
     ("interchanged words in the report, such as two column headings or two labels of a legend",

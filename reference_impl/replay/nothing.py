@@ -18,7 +18,12 @@ class Kind(NamedTuple):
     recorded: bool = False
     """Whether it is checked only if motion was recorded."""
 
+    def missing(self, recorded: bool) -> str:
+        """Return the sentence for a run that recorded its motion or did not."""
+        return self.sentence if recorded or not self.recorded else f"{self.sentence.partition(':')[0]}: {NOT_RECORDED}"
 
+
+NOT_RECORDED = "the run recorded no motion in windows"
 IN_WINDOWS = "there is none in the sampling windows"
 IN_CONTACT = "nothing is in contact with it in the sampling windows"
 KINDS = (
@@ -42,26 +47,22 @@ def compared(
     counts, law = {q.name: q.count for q in quantities}, motion["newton"]
     judged = {"energy_budget": "energy_budget" in counts, "energy_windows": "energy_budget" in counts}
     found = [
-        kind.sentence
+        kind.missing(law is not None)
         for kind in KINDS
-        if kind.there(scene)
-        and (law is not None or not kind.recorded)
-        and judged.get(kind.quantity, True)
-        and not counts.get(kind.quantity)
+        if kind.there(scene) and judged.get(kind.quantity, True) and not counts.get(kind.quantity)
     ]
-    if law is not None:
-        several = sum(c["count"] for c in scene["classes"]) > 1
-        of_contacts = {"between_spheres": ("between spheres", several), "at_walls": ("with walls", scene["walls"])}
-        found += [
-            f"dry contacts {where}: {IN_WINDOWS}"
-            for name, (where, there) in of_contacts.items()
-            if there and not law.get(name)
-        ]
-        found += [
-            f"wall {name.removeprefix('on ')}, which turns or is of analytic wires: {IN_CONTACT}"
-            for name in law
-            if name.startswith("on ") and not law[name]
-        ]
+    several, counted = sum(c["count"] for c in scene["classes"]) > 1, law or {}
+    of_contacts = {"between_spheres": ("between spheres", several), "at_walls": ("with walls", scene["walls"])}
+    found += [
+        f"dry contacts {where}: {NOT_RECORDED if law is None else IN_WINDOWS}"
+        for name, (where, there) in of_contacts.items()
+        if there and not counted.get(name)
+    ]
+    found += [
+        f"wall {name.removeprefix('on ')}, which turns or is of analytic wires: {IN_CONTACT}"
+        for name in counted
+        if name.startswith("on ") and not counted[name]
+    ]
     return found + [
         f"section {s.name}: no value" for s in sections if s.quantities and not any(q.count for q in s.quantities)
     ]

@@ -52,7 +52,18 @@ def test_every_kind_without_a_record_is_listed(kind: nothing.Kind) -> None:
         "effects": {"bridges": False}, "output": {}, "classes": [{"count": 60}],
         "walls": [{"name": "floor", "motion": "fixed"}],
     }  # fmt: skip
-    assert nothing.compared(dry, [], {"newton": None}, []) == []
+    law = {"newton": LAW}
+    assert nothing.compared(dry, [Quantity("newton_force", "itself", 9, 0.0, 1e-9)], law, []) == []
+
+
+def test_without_recorded_motion() -> None:
+    """Of a moist scene Newton's law, dry contacts, powers and what semi-implicit drag starts from; the rest is compared."""
+    quantities = [Quantity(k.quantity, "itself", 0 if k.recorded else 9, 0.0, 1e-9) for k in nothing.KINDS]
+    found = nothing.compared(DRUM, quantities, {"newton": None}, [])
+    assert [sentence.split(":")[0] for sentence in found] == [
+        "power of each effect", "semi-implicit drag", "Newton's law", "dry contacts between spheres", "dry contacts with walls",
+    ]  # fmt: skip
+    assert all(sentence.endswith(": the run recorded no motion in windows") for sentence in found)
 
 
 def test_bridges_missing_from_a_run_without_events() -> None:
@@ -85,9 +96,9 @@ def test_a_section_without_a_value() -> None:
     section = Section("results")
     section.add("results_checks", "1", [], "values of the checks")
     assert section.sentence == "results: not checked" and section.as_dict()["ok"] is None
-    both = [Quantity(name, "itself", 1, 0.0, 1.0) for name in COUNTED[:2]]
+    both = [Quantity(name, "itself", 1, 0.0, 1.0) for name in (*COUNTED[:2], "newton_force")]
     bare = {**DRUM, "output": {}, "effects": {"bridges": False}, "retire": False, "walls": []}
-    assert nothing.compared(bare, both, {"newton": None}, [section]) == ["section results: no value"]
+    assert nothing.compared(bare, both, {"newton": LAW}, [section]) == ["section results: no value"]
     section.add("results_checks", "1", [Held("a", 1.0, 1.0, "logs")], "values of the checks")
     assert section.as_dict()["ok"] is True
 

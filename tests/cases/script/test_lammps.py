@@ -81,7 +81,7 @@ def test_dry_as_the_program_itself_and_wet_as_the_replay_has_it(tmp_path: Path) 
     dumped = (tmp_path / "stock" / "dump.txt").read_text()
     assert dumped.count("ITEM: TIMESTEP") == 7 and (tmp_path / "dry" / "dump.txt").read_text() == dumped
     found = outcome(tmp_path / "wet" / "wet")
-    assert found["status"] == "agrees" and found["events"] > 100
+    assert found["status"] == "in part" and found["events"] > 100
     ledger = pd.read_parquet(tmp_path / "wet" / "wet" / "history" / "ledger.parquet")
     assert np.abs((ledger["films"] + ledger["bridges"]) / ledger["initial"] - 1).max() < 1e-12
     last = [row.split() for row in done.stdout.splitlines() if row.split()[:2] == ["3000", "150"]][-1]
@@ -109,7 +109,7 @@ def test_bridges_reach_across_periodic_boundaries(tmp_path: Path) -> None:
     done = run(tmp_path, sys.executable, "-m", "pywet.cli.app", "lammps")
     assert done.returncode == 0, done.stderr
     found = outcome(tmp_path / "wet")
-    assert found["status"] == "agrees" and found["events"] > 300
+    assert found["status"] == "in part" and found["events"] > 300
     bridges, ledger = (pd.read_parquet(tmp_path / f"wet/history/{name}.parquet") for name in ("bridges", "ledger"))
     for axis in "xy":
         assert (bridges[f"xj_{axis}"].abs() > 0.02).sum() > 10  # bridges across the periodic boundary
@@ -136,7 +136,7 @@ def test_spheres_poured_into_an_empty_box(tmp_path: Path) -> None:
     assert ledger["spheres"].iloc[0] == 0 and ledger["spheres"].iloc[-1] == 100 and ledger["formations"].iloc[-1] > 10
     held = ledger["films"] + ledger["bridges"]
     assert np.abs(held - ledger["initial"]).max() < 1e-12 * ledger["initial"].iloc[-1]
-    assert outcome(tmp_path / "wet")["status"] == "agrees"
+    assert outcome(tmp_path / "wet")["status"] == "in part"
 
 
 @needs_lammps
