@@ -123,7 +123,7 @@ def _window(
     counts["at_walls"] = int(touches.wall.sum())
     counts["between_spheres"] = len(touches) - counts["at_walls"]
     for wall in setup.walls:
-        if wall.motion == "turns" or wall.analytic:
+        if wall.motion != "fixed" or wall.analytic:
             counts[f"on {wall.name}"] = _on(setup, wall, touches, bridges)
     counts["beside_an_edge"] = _beside_edges(setup, touches)
     counts["no_rolling_direction"] = int((contact.doubt > TOLERANCE * setup.radius[touches.a] * contact.elastic).sum())

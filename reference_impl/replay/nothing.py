@@ -33,7 +33,6 @@ KINDS = (
     Kind(lambda s: s["output"].get("energy"), "energy_windows", f"power of each effect: {IN_WINDOWS}", True),
     Kind(lambda s: s["effects"].get("shedding"), "felt_force", "drops: no force felt by a film was logged"),
     Kind(lambda s: s.get("retire"), "retired_who", "retired spheres: none was retired"),
-    Kind(lambda s: any(w["motion"] != "fixed" for w in s["walls"]), "mesh_motion", "motion of walls: no output"),
     Kind(lambda s: s["effects"]["bridges"] and s.get("viscous_integration", "explicit") != "explicit",
          "window_push", f"semi-implicit drag: {IN_WINDOWS}", True),
     Kind(lambda _: True, "newton_force", "Newton's law: no free sphere has two consecutive recorded steps", True),
@@ -59,7 +58,7 @@ def compared(
         if there and not counted.get(name)
     ]
     found += [
-        f"wall {name.removeprefix('on ')}, which turns or is of analytic wires: {IN_CONTACT}"
+        f"wall {name.removeprefix('on ')}, which moves or is of analytic wires: {IN_CONTACT}"
         for name in counted
         if name.startswith("on ") and not counted[name]
     ]

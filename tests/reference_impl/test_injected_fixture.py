@@ -33,6 +33,8 @@ def test_the_sound_run_agrees(fixture_dir: Path) -> None:
     counts = {name: q["count"] for name, q in result["quantities"].items()}
     assert {n: counts[n] for n in PLANNED} == PLANNED
     assert {n: counts[n] for n in MET if counts[n] < MET[n]} == {}
+    touched = {n for n, count in result["newton"].items() if n.startswith("on ") and count}
+    assert touched == {"on screen", "on drawer"}  # walls that move
 
 
 def test_parts_of_the_log_give_the_same(fixture_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,6 +25,7 @@ DRUM = {
 """A scene that has one of everything."""
 COUNTED = tuple(dict.fromkeys(kind.quantity for kind in nothing.KINDS))
 LAW = {"between_spheres": 7, "at_walls": 5, "on mantle": 4, "on cloth": 3}
+"""Of walls those that move or are of analytic wires (see test_injected_fixture.py)."""
 
 
 def unchecked(law: dict[str, int], *left_out: str) -> list[str]:
@@ -35,7 +36,7 @@ def unchecked(law: dict[str, int], *left_out: str) -> list[str]:
 
 @pytest.mark.parametrize("name", LAW)
 def test_contacts_of_a_kind(name: str) -> None:
-    """Turning walls too: their spin enters nothing but the forces of what is in contact with them."""
+    """Moving walls too: their motion enters nothing but the forces of what is in contact with them."""
     assert unchecked(LAW) == []
     words = {
         "between_spheres": "between spheres", "at_walls": "with walls", "on mantle": "wall mantle", "on cloth": "wall cloth",
