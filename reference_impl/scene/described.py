@@ -29,6 +29,8 @@ FILE = "description.json"
 MM = 1e-3
 RATIO = 2.0 / 7.0
 """Tangential over normal stiffness of linear contacts."""
+BODIES_DEG = 180.0
+"""Angle up to which facets form one part of a wall whose bodies have a half width."""
 WALLS = "walls"
 OUTLET_EVERY_S = 0.02
 """Longest time between outputs of a scene with outlets [s]."""
@@ -54,7 +56,7 @@ def of_run(folder: Path) -> dict[str, Any] | None:
 def held(folder: Path, written: Mapping[str, Any], scene: Mapping[str, Any]) -> list[Held]:
     """Compare every number of the scene that the description determines, and the spheres at the start."""
     written = expanded.in_full(written, scene)
-    given = {**flat(scene), **_given_outlets(scene)}
+    given = {**flat(scene), **_given_outlets(scene), **_given_widths(scene)}
     wanted = {
         **_general(written, scene),
         **_faces(written),
@@ -277,7 +279,19 @@ def _walls(written: Mapping[str, Any]) -> Expected:
         found |= {f"{at}.motion_parameters.{k}": (v, f"{key} {m}") for k, v, m in _motion(w, written["origin_mm"])}
         if not any(w[m] for m in MOTIONS):
             found[f"{at}.motion"], found[f"{at}.motion_parameters"] = ("fixed", key), (None, key)
+        if "feature_angle_deg" in w:  # not of a deck's walls
+            width = 0.5 * w["bars"]["diameter_mm"] if w["bars"] else w["half_width_mm"]
+            angle = w["feature_angle_deg"] if width is None else BODIES_DEG
+            if width is not None:
+                found[f"{at}.part_half_width_m"] = (MM * width, f"{key} half_width_mm or bars")
+            found[f"{at}.feature_angle_deg"] = (angle, f"{key} feature_angle_deg")
     return found
+
+
+def _given_widths(scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the half width of the parts of each wall, all of them if they differ."""
+    widths = {w["name"]: list(dict.fromkeys(w["part_half_width_m"])) for w in scene["walls"]}
+    return {f"walls.{name}.part_half_width_m": w[0] if len(w) == 1 else w for name, w in widths.items()}
 
 
 def _faces(written: Mapping[str, Any]) -> Expected:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +14,7 @@ import yaml
 
 from pywet.cases.custom import building, feeding
 from pywet.cases.custom.description import Scene
+from pywet.cases.custom.walls import Bars, Wall
 from pywet.cases.small import bodies
 from pywet.products import deck
 from pywet.products.deck import Deck, Stroke
@@ -82,6 +84,20 @@ def test_no_false_alarm_on_a_wall_with_a_name_in_any_script(tmp_path: Path, name
     given["walls"][-1]["name"] = name
     building.write(Scene(**given, folder=ROOT / "examples" / "scenes"), tmp_path / "run")
     assert check.check(tmp_path / "run").findings == []
+
+
+def test_half_width_of_the_bodies_of_an_stl_file(tmp_path: Path) -> None:
+    """Each body is one part with the half width that is given."""
+    walls = yaml.safe_load((ROOT / "examples" / "scenes" / "hopper.yaml").read_text())["walls"]
+    building.write(example("hopper", walls=[{**walls[0], "half_width_mm": 1}, *walls[1:]]), tmp_path)
+    assert check.check(tmp_path).findings == []
+    built = json.loads((tmp_path / "scene.json").read_text())
+    hopper = next(wall for wall in built["walls"] if wall["name"] == "hopper")
+    hopper |= {"part_half_width_m": [0.5 * w for w in hopper["part_half_width_m"]], "feature_angle_deg": 60.0}
+    (tmp_path / "scene.json").write_text(json.dumps(built))
+    found = " ".join(f["sentence"] for f in check.check(tmp_path).findings)
+    assert "walls.hopper.part_half_width_m is 0.0005, expected 0.001" in found
+    assert "walls.hopper.feature_angle_deg is 60, expected 180" in found
 
 
 def test_no_false_alarm_with_an_origin_and_materials_of_walls(tmp_path: Path) -> None:
@@ -257,6 +273,17 @@ def law(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(building, "plan_effects", wrong)
 
 
+def bars(patch: pytest.MonkeyPatch) -> None:
+    """Bars with their diameter for their half width."""
+    sound = Bars.parts
+    patch.setattr(Bars, "parts", lambda self: [(corners, 2.0 * width) for corners, width in sound(self)])
+
+
+def folds(patch: pytest.MonkeyPatch) -> None:
+    """Faces of an STL file that end at another angle."""
+    patch.setattr(Wall, "fold_deg", property(lambda wall: 2.0 * wall.feature_angle_deg))
+
+
 FAULTS: dict[str, tuple[Plant, str, str]] = {
     "angle of a wall replaced by the spheres'": (wall_angle, "drum", "walls.mantle.contact_angle_rad is 0.261799388"),
     "friction at walls times 0.8": (contact, "drum", "pairs.1-0.friction is 0.4, expected 0.5"),
@@ -270,6 +297,8 @@ FAULTS: dict[str, tuple[Plant, str, str]] = {
     "sizes in the middle of their classes": (sizes, "deck", "classes is "),
     "moisture of the moist mass": (moisture, "deck", "first film of ore"),
     "another law": (law, "drum", "effects.rupture is lian, expected willett_unequal"),
+    "bars twice as wide": (bars, "slotted_deck", "walls.deck.part_half_width_m is 0.002, expected 0.001"),
+    "faces of an STL file up to another angle": (folds, "hopper", "walls.hopper.feature_angle_deg is "),
     "viscosity a tenth high": (density, "drum", "liquid.viscosity_Pa_s is 0.0011"),
 }
 
