@@ -25,6 +25,7 @@ class Kind(NamedTuple):
 
 NOT_RECORDED = "the run recorded no motion in windows"
 IN_WINDOWS = "there is none in the sampling windows"
+FOREIGN = "they follow the engine's own law"
 IN_CONTACT = "nothing is in contact with it in the sampling windows"
 KINDS = (
     Kind(lambda s: s["effects"]["bridges"], "film_i_before", "bridges: none formed or ruptured in the run"),
@@ -52,8 +53,9 @@ def compared(
     ]
     several, counted = sum(c["count"] for c in scene["classes"]) > 1, law or {}
     of_contacts = {"between_spheres": ("between spheres", several), "at_walls": ("with walls", scene["walls"])}
+    why = NOT_RECORDED if law is None else FOREIGN if "foreign" in law else IN_WINDOWS
     found += [
-        f"dry contacts {where}: {NOT_RECORDED if law is None else IN_WINDOWS}"
+        f"dry contacts {where}: {why}"
         for name, (where, there) in of_contacts.items()
         if there and not counted.get(name)
     ]

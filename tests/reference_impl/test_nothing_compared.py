@@ -67,6 +67,13 @@ def test_without_recorded_motion() -> None:
     assert all(sentence.endswith(": the run recorded no motion in windows") for sentence in found)
 
 
+def test_contacts_by_the_law_of_another_engine() -> None:
+    """They are in the windows; only their law is not recomputed."""
+    assert unchecked({"foreign": 345}) == [
+        f"dry contacts {where}: they follow the engine's own law" for where in ("between spheres", "with walls")
+    ]
+
+
 def test_bridges_missing_from_a_run_without_events() -> None:
     """Films that touch at the outputs of a run in which no bridge forms disagree; only what has no record is left out."""
     found, one = spans.Found(), np.ones(2)
