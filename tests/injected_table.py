@@ -76,16 +76,16 @@ ENGINE = (
     Place("plugin", "a modified build of the plugin, with spheres pulled off a floor, a plate and each other",
           "engines/liggghts/test_injected_faults.py", injected.NAMED | injected.MOTION),
     Place("plugin, screen",
-          "a modified build of the plugin, with a heap on a vibrating screen, a moving plate, pairs in flight, growing films",
+          "the same, with a heap on a vibrating screen, a moving plate, pairs in flight, growing films",
           "engines/liggghts/test_injected_in_fixture.py",
           {**injected_in_fixture.IN_FIXTURE,
            **{k: v for faults in injected_in_fixture.SCENES.values() for k, v in faults.items()}}),
     Place("plugin, between",
-          "a modified build of the plugin, same screen, default sampling windows: forces between the sampled steps, work",
+          "the same screen, default sampling windows: forces between the sampled steps, work",
           "engines/liggghts/test_injected_between.py",
           {name: (quantity, words) for name, (_, quantity, words) in injected_between.FAULTS.items()}
           | injected_between.ON_RANKS),
-    Place("plugin, bin", "a modified build of the plugin, in a bed whose lowest layer is retired",
+    Place("plugin, bin", "the same, in a bed whose lowest layer is retired",
           "engines/liggghts/test_injected_faults.py",
           injected_in_bin.IN_PLUGIN),
     Place("log, bin", "tables of a sound run of the bed with a retired layer", "engines/liggghts/test_retirement.py",
@@ -179,8 +179,8 @@ HEAD = """# Injected faults
 Faults were injected into sound runs, one at a time. Each of these {count} faults is detected by the [replay](replay.md) and
 described by a message; {nameless} are detected without a description. Of the faults, {before} are upstream of the engine,
 {engine} in the engine or its logs, {after} downstream of it. The replay cannot detect {missed} further kinds of fault
-([see below](#what-the-replay-cannot-detect)). The table [injected_faults.csv](injected_faults.csv) lists for each fault
-the quantity that deviates and a fragment of the message.
+([see below](#what-the-replay-cannot-detect)). The table [injected_faults.csv](injected_faults.csv) lists for each
+the deviating quantity and a fragment of the message.
 
 | injected into | faults |
 |---|---|
@@ -193,7 +193,7 @@ UNSEEN = (
     ("a custom law without a reference implementation",
      "the force of the law is taken from the log (`unchecked` in replay.json)"),
     ("contact forces of the dry model, without recorded motion",
-     "they are checked by Newton's law only with `output.window_trajectories`; without it the run agrees `in part`"),
+     "they are checked by Newton's law only with `output.window_trajectories`"),
     ("a wrong reading of a paper that engine and reference share",
      "both use the same corrected equations ([shared assumptions](shared_readings.md))"),
     ("interchanged words in the report, such as two column headings or two labels of a legend",
@@ -206,7 +206,7 @@ WHY = {
     "the whole run",
 }
 TAIL = """
-If the records cannot distinguish several faults, all of them are reported (`alike` in `replay.json`).
+If the records cannot distinguish several faults, all are reported (`alike` in `replay.json`).
 `python -m tests.injected_table` makes this page and its CSV file from the tests.
 
 ## What the replay cannot detect
@@ -217,23 +217,19 @@ If the records cannot distinguish several faults, all of them are reported (`ali
 
 ## Coverage
 
-- **Late formations and ruptures** are searched for in every event, ruptures with a margin for the speed that a third body may
-  take from a pair in one step: the speed of the fastest event, at most 0.2 m/s. In a viscous liquid that is much of the limit;
-  outside the sampling windows a fault below it is not detected. A formation at an edge of a wall that is one step late is not
-  reported.
-- **Bridges that do not rupture** are searched for at every output, with the same margin, and in every step of the
-  sampling windows.
-- **Missed formations and wrong triangles, bridge ends or gaps** are searched for at every output and in every step of the
-  sampling windows.
+- **Late formations and ruptures** are searched for in every event; allowed is one step at a wall's edge, and for
+  ruptures the speed of the fastest event, up to 0.2 m/s, lost in a step: much of a viscous bridge's limit.
+- **Missed formations, bridges beyond their limits, wrong triangles, bridge ends or gaps** are searched for at every output
+  and every step of the sampling windows; missed formations with drops at outputs.
 - **Forces outside those windows** are recomputed for groups of spheres that get no new neighbours between two outputs, in up to
-  2000 steps in all, but not at walls, in dry contacts, with semi-implicit drag or with `bridges_every`.
+  2000 steps, but not at walls, in dry contacts, with semi-implicit drag or with `bridges_every`.
 - **Predicted time, memory and disk space** are not part of a run; a test compares them with `reference_impl/scene/cost.py`
   and detects {predicted} further faults.
 - **The energy budget** is checked as a sum at every output, and term by term in windows that contain two outputs.
 
 ## Limits
 
-The faults were chosen by hand. [Random faults](faults_by_chance.md) are a fairer test; a smaller share of them is detected.
+The faults were chosen by hand; of [random faults](faults_by_chance.md) a smaller share is detected.
 """
 
 

@@ -84,7 +84,7 @@ def not_checked(run: Run) -> list[str]:
     ]
     if law(run, "shedding"):
         missing.append(
-            "drops: what a film felt and which drops should have fallen is recomputed of sampled spheres, where a drop lands at "
-            "output steps only"
+            "drops: what a film felt and which drops should have fallen is recomputed of sampled spheres, where a drop lands and "
+            "which bridges are missing at output steps only"
         )
     return sampled + missing
