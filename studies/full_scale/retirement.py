@@ -32,8 +32,8 @@ MEAN_Y = next(iter(DRY))
 """Name of the quantity by which a change of the whole passage is shown."""
 HEAP = (
     8,
-    " In case 8 the heap in the bin rises above the plane at which spheres count as passed: of 54 and 45 near-mesh spheres that "
-    "count as retained at 20 s if all stay (seeds 10009, 10012), 53 and 42 lie on it.",
+    " In case 8 the bin's heap rises above the plane of passage: of 54 and 45 near-mesh spheres retained at 20 s if all stay "
+    "(seeds 10009, 10012), 53 and 42 lie on it.",
 )
 """Case whose late passage changes, and why: heights of the spheres in the last output of those runs, which is not stored."""
 ONE_SEED = "one seed"
