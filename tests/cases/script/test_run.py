@@ -170,7 +170,7 @@ def test_a_law_of_the_user_and_its_reference_are_those_of_the_replay(tmp_path: P
     second = record.reference(tmp_path / "wet")
     assert second == {"capillary": f"{tmp_path / 'second.py'}:neck"}
     found = outcome(tmp_path / "wet", functions=second)
-    assert found["status"] == "agrees" and found["quantities"]["capillary"]["count"] > 20
+    assert found["status"] == "in part" and found["quantities"]["capillary"]["count"] > 20  # no motion is recorded
 
 
 def test_a_line_that_the_engine_reads_otherwise_than_the_text(tmp_path: Path) -> None:
