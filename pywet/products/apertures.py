@@ -121,12 +121,13 @@ def _scale(run: RunDir) -> Scale | None:
 
 
 def _pitch(low: Floats, high: Floats) -> float:
-    """Return the distance of neighbouring wires along x [m], 0 for less than two.
+    """Return the mean distance of neighbouring wires along x [m], 0 for less than two.
 
     It is rounded to a nanometre, as the files of surfaces have single precision.
     """
     along_x = (high - low)[:, 0] > (high - low)[:, 1]
-    return round(float(np.diff(np.sort(0.5 * (low + high)[along_x, 1])).min()), 9) if along_x.sum() > 1 else 0.0
+    axes = 0.5 * (low + high)[along_x, 1]
+    return round(float(np.ptp(axes)) / (len(axes) - 1), 9) if len(axes) > 1 else 0.0
 
 
 def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:

@@ -103,7 +103,11 @@ def axes_of(points: Floats, body: Floats) -> dict[int, list[float]]:
 
 def cell_of(axes: list[float]) -> float:
     """Return the distance of neighbouring axes [m]; 0 for less than two."""
-    return float(np.median(np.diff(np.unique(np.round(axes, 9))))) if len(axes) > 1 else 0.0
+    each = np.diff(np.unique(np.round(axes, 8)))
+    even = (
+        len(each) > 0 and np.ptp(each) < 1e-7
+    )  # coordinates have single precision, which their mean distance evens out
+    return round(float(np.ptp(axes) / len(each) if even else np.median(each)), 9) if len(each) else 0.0
 
 
 def count(folder: Path, scene: Mapping[str, Any], wall: Mapping[str, Any], deck: int) -> int:

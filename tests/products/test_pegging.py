@@ -204,3 +204,13 @@ def test_outputs_of_a_deck_are_frequent_enough_for_its_outlets() -> None:
     }
     with raises_code("config.inconsistent", says="results.interval_s of at most 0.02 with a deck"):
         Scene(**beads(deck=deck, results={"interval_s": 0.1}))
+
+
+@pytest.mark.parametrize("count", [2, 7, 60])
+@pytest.mark.parametrize("pitch", [7.2e-3, 10.0e-3, 0.71e-3])
+def test_the_pitch_of_wires_in_single_precision(pitch: float, count: int) -> None:
+    """To a nanometre in both programs, as positions in a file of a surface have up to 4 nm."""
+    at = ((np.arange(count) - 0.5 * (count - 1)) * pitch).astype(np.float32).astype(float)
+    low, high = np.c_[0.0 * at - 1.0, at - 1e-4, 0.0 * at], np.c_[0.0 * at + 1.0, at + 1e-4, 0.0 * at]
+    assert apertures._pitch(low, high) == pytest.approx(pitch, abs=1e-9)
+    assert screen_wall.cell_of([*at]) == apertures._pitch(low, high)
