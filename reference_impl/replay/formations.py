@@ -99,7 +99,7 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
     way = way * (1.0 if every == 1 else 2.0) + (DISPLACEMENT_MARGIN[1] if every == 1 else 1e-3) * ri + _turned(run, ri)
     since = _changed(run, held, step)
     judged = (events["kind"] == FORMATION).to_numpy() & (step > _born(run)) & (since < step - every)
-    judged &= ~np.isin(step, anew(run))
+    judged &= ~np.isin(step, setup_steps(run))
     excess = np.where(judged, np.maximum(film + other - gap - way, 0.0), 0.0)
     late_at_walls = np.flatnonzero((excess > 0.0) & (events["partner_kind"] != laws.SPHERE).to_numpy())
     for row in late_at_walls:
@@ -207,7 +207,7 @@ def _turned(run: Run, ri: Floats) -> Floats:
     return np.asarray(2.0 * rate * ri * impulses.every(run) * float(run.meta["time_step"]))
 
 
-def anew(run: Run) -> Floats:
+def setup_steps(run: Run) -> Floats:
     """Return the steps at which the engine is set up again; velocities there are those of the step itself."""
     windows = slide_steps(io.scene(run.folder)).values()
     return np.array([step for window in windows for step in window], int)

@@ -10,7 +10,7 @@ from reference_impl.replay import coverage, io, laws, script
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Quantity, compare
-from reference_impl.replay.formations import anew
+from reference_impl.replay.formations import setup_steps
 from reference_impl.replay.io import Run
 from reference_impl.replay.liquid_ledger import Columns
 from reference_impl.replay.lives import FORMATION, RETIREMENT, RUPTURE, Lives, keys
@@ -116,7 +116,7 @@ def late_ruptures(run: Run, static: Floats, lives: Lives) -> Floats:
     # a bridge formed at the last check has not been checked for rupture
     formed = np.append(lives.all.step, np.iinfo(np.int64).max)[lives.previous]
     step = events["step"].to_numpy(np.int64)
-    since = step[:, None] - anew(run)
+    since = step[:, None] - setup_steps(run)
     stood = (events["kind"] == RUPTURE).to_numpy() & (formed < step - every)
     stood &= ~((since >= 0) & (since <= every)).any(axis=1)
     more = np.full(len(gap), change(run))

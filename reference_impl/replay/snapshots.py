@@ -10,7 +10,7 @@ from reference_impl.replay import coverage, laws, liquid
 from reference_impl.replay.arrays import Floats, size, vectors
 from reference_impl.replay.bodies import bodies, pairs, shapes
 from reference_impl.replay.compare import Quantity, compare
-from reference_impl.replay.formations import anew
+from reference_impl.replay.formations import setup_steps
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import Lives, keys
 from reference_impl.replay.transfer import Tables
@@ -51,7 +51,7 @@ def outlived(run: Run, lives: Lives) -> tuple[pd.DataFrame, Floats, Floats]:
     bridges, known = run.table("bridges"), coverage.known(run, "dynamic_rupture")
     at = lives.at(keys(bridges), bridges["step"].to_numpy(np.int64), strictly=False)
     step, formed = bridges["step"].to_numpy(np.int64), np.append(lives.all.step, 0)[at]
-    rows = np.flatnonzero((at >= 0) & (formed < step - impulses.every(run)) & ~np.isin(step, anew(run)) & known)
+    rows = np.flatnonzero((at >= 0) & (formed < step - impulses.every(run)) & ~np.isin(step, setup_steps(run)) & known)
     table, static = bridges.iloc[rows].reset_index(drop=True), lives.all.rupture_distance[at[rows]]
     wall, speeds = table["partner_kind"].to_numpy() != laws.SPHERE, run.table("trajectory").set_index(["step", "id"])
     vi, vj = (
