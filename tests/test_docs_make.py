@@ -52,6 +52,13 @@ def checkout(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.fixture
+def installed(checkout: Path) -> Path:
+    """The checkout as one in which set-up, by whatever target, has nothing to do."""
+    (checkout / "tools" / "setup").write_text("#!/bin/sh\n")
+    return checkout
+
+
 def make(folder: Path, *words: str, **environment: str) -> str:
     """What `make` prints in a folder."""
     path = f"{folder / 'bin'}{os.pathsep}{os.environ['PATH']}"
@@ -67,18 +74,16 @@ def test_setup_on_a_fresh_machine(checkout: Path, target: str) -> None:
 
 
 @pytest.mark.parametrize("words", [("run",), ("run", "ENGINE=yade")])
-def test_run(checkout: Path, words: tuple[str, ...]) -> None:
+def test_run(installed: Path, words: tuple[str, ...]) -> None:
     check_shown(
         " ".join(["make", *words]),
-        make(checkout, "-o", "essentials", "-o", "peers", *words, XDG_CACHE_HOME=str(checkout / "cache")),
+        make(installed, *words, XDG_CACHE_HOME=str(installed / "cache")),
     )
 
 
-def test_the_report_is_of_the_engine_that_is_named(checkout: Path) -> None:
+def test_the_report_is_of_the_engine_that_is_named(installed: Path) -> None:
     """All files that are to be made are in the folder of this engine."""
-    printed = make(
-        checkout, "-o", "essentials", "-o", "peers", "report", "ENGINE=yade", XDG_CACHE_HOME=str(checkout / "cache")
-    )
+    printed = make(installed, "report", "ENGINE=yade", XDG_CACHE_HOME=str(installed / "cache"))
     assert "results/smoke_yade/" in printed and "results/smoke/" not in printed
 
 
