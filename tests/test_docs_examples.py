@@ -20,7 +20,7 @@ from typer.testing import CliRunner
 
 from pywet import Deck, Feed, Outlet, stages
 from pywet.calibration.answer import calibrate
-from pywet.cases.custom.description import Spheres
+from pywet.cases.custom.spheres import Spheres
 from pywet.cases.script.scan import scan
 from pywet.cases.small import bridge_query
 from pywet.cli.app import app

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 import pywet
-from pywet.cases.custom.description import Spheres
+from pywet.cases.custom.spheres import Spheres
 from pywet.config.scales import Scale
 from pywet.laws import custom_laws
 from tests.import_graph import ROOT

@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from pywet import scene as typed
 from pywet.cases.custom import extent, repeating
 from pywet.cases.custom.at_walls import PRESSED, expected, thickness
-from pywet.cases.custom.description import SPHERE_ANGLE_DEG, WALLS, Scene, Spheres
+from pywet.cases.custom.description import SPHERE_ANGLE_DEG, WALLS, Scene
 from pywet.cases.custom.feeding import ahead_s, times, waiting, ways
 from pywet.cases.custom.placing import (
     COUNT_FROM,
@@ -28,6 +28,7 @@ from pywet.cases.custom.placing import (
     origin_of,
     refuse_far,
 )
+from pywet.cases.custom.spheres import Spheres
 from pywet.cases.custom.walls import EngineMotion
 from pywet.cases.screening.amounts import common_film_thickness, liquid_volume, refuse_too_thin
 from pywet.cases.small import bodies

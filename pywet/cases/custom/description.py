@@ -6,256 +6,32 @@ Lengths in mm, angles in degrees, all else in SI units, as the keys say. `buildi
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
-from pywet.cases.custom.walls import MM, Box, Wall, chosen
+from pywet.cases.custom.materials import Contact, Dry, Liquid, Material
+from pywet.cases.custom.spheres import Feed, Spheres, derived
+from pywet.cases.custom.walls import Wall
 from pywet.config.entries import Excusable, doubled, only
 from pywet.config.messages import mistake
 from pywet.config.settings import EffectSettings, LawSettings
 from pywet.engines.schedule import OUTLET_EVERY_S
 from pywet.errors import ConfigError
-from pywet.geometry.packing import FeedRegion
-from pywet.laws.hertz import LEAST_RESTITUTION, Modulus, Poisson
+from pywet.laws.hertz import LEAST_RESTITUTION
 from pywet.products.deck import Deck
-from pywet.products.feed import MOST_PERCENT, FeedAmount, entries
 from pywet.products.outlets import Outlet
-from pywet.products.size_classes import Sizes
 from pywet.products.until import Until
-from pywet.scene import Across, NonNegative, Positive, Profile, Title, Vector
+from pywet.scene import Across, Positive, Title, Vector
 from pywet.schema import column
-from pywet.util.notices import notice
-from pywet.util.ranges import OF_BODIES, Range
 
 WALLS = "walls"
 """Name of all walls in a contact; walls are one material in the engine."""
 PRESET = {"tolerance": {"value": 0.01, "source": "assumption", "reason": "one per cent of the larger"}}
 ROUNDED_M_PER_S2 = 1e-3
 """Rounding of a gravity that is given together with the inclination of a deck."""
-WATER = {"surface_tension_N_per_m": 0.0728, "viscosity_Pa_s": 1e-3, "density_kg_per_m3": 1000.0}
 SPHERE_ANGLE_DEG, WALL_ANGLE_DEG = 15.0, 40.0
 """Contact angles of spheres and of walls if none is given."""
-Angle = Annotated[float, Field(ge=0, lt=90)]
-Percent = Annotated[float, Field(ge=0, le=MOST_PERCENT)]
-Entry = TypeVar("Entry", bound=BaseModel)
-
-
-class Dry(Excusable):
-    """A dry contact: linear contact stiffness and its damping, Coulomb friction, rolling friction as a length or without unit."""
-
-    stiffness_N_per_m: Positive = 2000.0
-    """Normal stiffness of `contact: linear`.
-
-    A soft contact is usual, as long as overlaps stay below a few per cent of the radius (see
-    `contact_statistics`).
-    """
-    friction: Annotated[float, Field(ge=0, le=10)] = 0.4
-    """Coulomb friction coefficient, static and sliding."""
-    rolling_friction_m: NonNegative = 2e-5
-    """Rolling friction as a length: torque over normal force."""
-    rolling_friction: Annotated[float, Field(ge=0, le=10)] | None = None
-    """Dimensionless rolling friction, in place of `rolling_friction_m`, as in LIGGGHTS, EDEM and YADE.
-
-    It is torque over normal force times r_red, r_i r_j/(r_i + r_j) of two spheres, the radius at a wall.
-    """
-    restitution: Annotated[float, Field(gt=0, le=1)] = 0.8
-    """Coefficient of restitution of a normal impact: rebound speed over impact speed."""
-
-    @model_validator(mode="after")
-    def _one_rolling_friction(self) -> Self:
-        if self.rolling_friction is not None and "rolling_friction_m" in self.model_fields_set:
-            raise ValueError("rolling_friction (without unit) or rolling_friction_m (a length), not both")
-        return self
-
-    def rolling_m(self, reduced_radius_m: float) -> float:
-        """Rolling friction of two bodies as a length [m]."""
-        return self.rolling_friction_m if self.rolling_friction is None else self.rolling_friction * reduced_radius_m
-
-
-class Material(Dry):
-    """A material of spheres, with its dry contact with itself and, unless `contacts` gives another one, with walls."""
-
-    density_kg_per_m3: Positive
-    """Density of a sphere."""
-    contact_angle_deg: Angle | None = None
-    """Contact angle of the liquid on this material; by default 15 degrees on spheres and 40 on walls."""
-    youngs_modulus_Pa: Modulus | None = None
-    """Young's modulus of the contact law `hertz`, instead of a stiffness; 1e6 to 1e8 is usual for solids of 1e9 and more."""
-    poissons_ratio: Poisson | None = None
-    """Poisson's ratio of the contact law `hertz`."""
-
-
-class Contact(Dry):
-    """The dry contact between two materials, or between a material and `walls`."""
-
-    between: Annotated[tuple[str, str], Field(min_length=2, max_length=2)]
-    """Names of two materials, or of one and `walls`."""
-
-
-class Liquid(Excusable):
-    """The liquid (water by default) and its amount: per cent of the spheres' mass, or the film's thickness."""
-
-    surface_tension_N_per_m: NonNegative = WATER["surface_tension_N_per_m"]
-    """Surface tension against air; that of water if not given."""
-    viscosity_Pa_s: NonNegative = WATER["viscosity_Pa_s"]
-    """Dynamic viscosity; that of water if not given."""
-    density_kg_per_m3: Positive = WATER["density_kg_per_m3"]
-    """Density of the liquid; that of water if not given."""
-    percent: Percent | None = None
-    """Mass of the liquid over that of the spheres, in per cent."""
-    film_um: NonNegative | None = None
-    """Thickness of the film on every sphere at the start, in place of `percent`."""
-
-    @model_validator(mode="after")
-    def _one_amount(self) -> Self:
-        chosen(self, "percent", "film_um", needed=False)
-        return self
-
-
-class Cylinder(Excusable):
-    """An upright cylinder; `origin_mm` is the middle of its lower end."""
-
-    RANGED: ClassVar[dict[str, Range]] = OF_BODIES
-
-    diameter_mm: Positive
-    """Diameter of the region."""
-    height_mm: Positive
-    """Height of the region along z."""
-    origin_mm: Vector = (0.0, 0.0, 0.0)
-    """Middle of the region's lower end."""
-
-    def region(self) -> FeedRegion:
-        """Convert the cylinder to the region in which spheres are placed."""
-        x, y, z = (MM * c for c in self.origin_mm)
-        return FeedRegion(
-            "cylinder", MM * self.diameter_mm, z, z + MM * self.height_mm, centre_m=(x, y), name="cylinder",
-            cure="raise height_mm or diameter_mm of their cylinder, or lower count or mass_g",
-        )  # fmt: skip
-
-
-class Insertion(Excusable):
-    """Insertion of spheres one after the other at random positions in their region, with their `velocity_m_per_s`.
-
-    Until then they move on a straight path, without weight, from an initial position that follows from that
-    velocity; keep this path free.
-    """
-
-    from_s: NonNegative = 0.0
-    """Time at which insertion begins."""
-    for_s: Positive
-    """Duration of insertion."""
-    profile: Profile = "constant"
-    """Insertion rate over time: constant, a ramp from zero to twice the mean, or pulsed."""
-    pulses: Annotated[int, Field(ge=1)] | None = None
-    """Number of pulses, of equal length and mass."""
-    pulse_share: Annotated[float, Field(gt=0, le=1)] = 0.5
-    """Fraction of a period during which a pulse inserts spheres."""
-
-    @property
-    def end_s(self) -> float:
-        """Time at which insertion ends [s]."""
-        return self.from_s + self.for_s
-
-    @model_validator(mode="after")
-    def _has_pulses(self) -> Self:
-        pulsed = self.profile == "pulsed"
-        only(self, "with profile: pulsed", pulsed, "pulses", "pulse_share")
-        if pulsed and self.pulses is None:
-            raise ValueError("insertion: pulses with profile: pulsed")
-        return self
-
-
-class Spheres(Excusable):
-    """Spheres of one size and material: their number or mass, a region or given positions, and their liquid."""
-
-    name: Title
-    """Name of this size class in tables and on the page."""
-    material: str
-    """Material of the spheres, a key of `materials`."""
-    diameter_mm: Positive
-    """Diameter of each sphere."""
-    count: Annotated[int, Field(ge=1)] | None = None
-    """Number of spheres."""
-    mass_g: Positive | None = None
-    """Mass of the spheres, in place of `count`; it is rounded to whole spheres over all entries of the same material and region.
-
-
-    """
-    box: Box | None = None
-    """Cuboid of random positions; without `insertion`, its lowest part."""
-    cylinder: Cylinder | None = None
-    """Cylinder of random positions, in place of `box`, filled likewise."""
-    at_mm: Annotated[tuple[Vector, ...], Field(min_length=1)] | None = None
-    """Position of each sphere, in place of a region."""
-    velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
-    """Velocity of the spheres at the start, or on insertion."""
-    insertion: Insertion | None = None
-    """Insertion during the run, together with the liquid; without it the spheres are present from the start."""
-    percent: Percent | None = None
-    """Mass of liquid over the mass of these spheres, in place of the scene's amount."""
-    film_um: NonNegative | None = None
-    """Thickness of the film on these spheres, in place of `percent`."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _former_key(cls, given: Any) -> Any:
-        """Accept `fed`, the former name of `insertion`, with a warning."""
-        if not isinstance(given, dict) or "fed" not in given:
-            return given
-        notice.warning("spheres: the key fed is now insertion; this version still accepts fed")
-        return {"insertion" if key == "fed" else key: value for key, value in given.items()}
-
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
-        chosen(self, "box", "cylinder", "at_mm")
-        if self.at_mm is None:
-            chosen(self, "count", "mass_g")
-        elif self.count is not None or self.mass_g is not None:
-            raise ValueError(
-                f"spheres {self.name}: no count and no mass_g together with at_mm, which gives the number of spheres"
-            )
-        chosen(self, "percent", "film_um", needed=False)
-        if self.insertion and (self.at_mm is not None or not any(self.velocity_m_per_s)):
-            raise ValueError(f"spheres {self.name}: a box or cylinder and a velocity_m_per_s together with insertion")
-        return self
-
-    @property
-    def radius_m(self) -> float:
-        return 0.5 * MM * self.diameter_mm
-
-
-class Feed(FeedAmount):
-    """Material with a size distribution: it becomes an entry of `spheres` for each size, in whole spheres."""
-
-    name: Title
-    """Name of the feed; the names of its size classes start with it."""
-    material: str
-    """Material of the spheres, a key of `materials`."""
-    box: Box | None = None
-    """Cuboid of random positions, as of `spheres`."""
-    cylinder: Cylinder | None = None
-    """Cylinder of random positions, in place of `box`."""
-    velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
-    """Velocity of the spheres at the start, or on insertion."""
-    insertion: Insertion | None = None
-    """Interval in which it is inserted at a constant rate; required by `rate_t_per_h`. None: present from the start."""
-
-    @model_validator(mode="after")
-    def _placed(self) -> Self:
-        chosen(self, "box", "cylinder")
-        if self.rate_t_per_h is not None and self.insertion is None:
-            raise ValueError(f"feed {self.name}: an insertion for rate_t_per_h")
-        if self.insertion and not any(self.velocity_m_per_s):
-            raise ValueError(f"feed {self.name}: a velocity_m_per_s together with insertion")
-        return self
-
-    def spheres(self, folder: Path) -> tuple[tuple[Spheres, ...], Sizes]:
-        """Return the entries of `spheres` that the feed becomes, and its sizes."""
-        keys = ("material", "box", "cylinder", "velocity_m_per_s", "insertion", "unusual")
-        common = {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
-        found, sizes = entries(self.name, self, folder, self.insertion.for_s if self.insertion else None, common)
-        return tuple(_made(Spheres, entry, f"feed {self.name}") for entry in found), sizes
 
 
 class Periodic(Excusable):
@@ -531,10 +307,10 @@ class Scene(Excusable):
         made = tuple(entry for feed in self.feed for entry in feed.spheres(self.folder)[0])
         changes: dict[str, Any] = {"spheres": (*self.spheres, *made), "feed": (), "deck": None}
         if deck := self.deck:
-            changes["walls"] = (*(_made(Wall, wall, "deck") for wall in deck.walls()), *self.walls)
-            changes["outlets"] = (*(_made(Outlet, one, "deck") for one in deck.outlets()), *self.outlets)
+            changes["walls"] = (*(derived(Wall, wall, "deck") for wall in deck.walls()), *self.walls)
+            changes["outlets"] = (*(derived(Outlet, one, "deck") for one in deck.outlets()), *self.outlets)
             if deck.periodic:
-                changes["periodic"] = _made(Periodic, deck.strip, "deck")
+                changes["periodic"] = derived(Periodic, deck.strip, "deck")
             if deck.inclination_deg or "gravity_m_per_s2" not in self.model_fields_set:
                 changes["gravity_m_per_s2"] = deck.gravity
         return self.with_(**changes)
@@ -546,14 +322,6 @@ class Scene(Excusable):
                 if sorted(contact.between) == sorted((a, other)):
                     return contact
         return self.materials[a] if a == ((self.wall_material or a) if b == WALLS else b) else None
-
-
-def _made(model: type[Entry], given: dict[str, Any], where: str) -> Entry:
-    """Build an entry from derived values; invalid values are reported at `where`."""
-    try:
-        return model(**given)
-    except ValidationError as error:
-        raise mistake(error, model, where) from error
 
 
 def _alike(what: str, names: list[str]) -> list[str]:

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.cases.custom.description import Scene, Spheres
+from pywet.cases.custom.description import Scene
 from pywet.cases.custom.extent import IMPACT_SPEED_RATIO
+from pywet.cases.custom.spheres import Spheres
 from pywet.engines.schedule import outlets_every_s
 from pywet.errors import ConfigError
 from pywet.geometry.packing import refuse_beyond_memory

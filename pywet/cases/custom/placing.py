@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from pywet.cases.custom.description import Scene, Spheres
+from pywet.cases.custom.description import Scene
+from pywet.cases.custom.spheres import Spheres
 from pywet.cases.custom.walls import Wall
 from pywet.errors import ConfigError
 from pywet.geometry.crossing import crossing

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from pywet.cases.custom.description import Angle, Liquid, Percent
+from pywet.cases.custom.materials import Angle, Liquid, Percent
 from pywet.cases.custom.walls import chosen
 from pywet.cases.script.refusals import refusal
 from pywet.config.loading import parse, placed_laws, read_yaml

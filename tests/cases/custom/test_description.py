@@ -12,7 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 
 import pywet
 from pywet.cases.custom.building import Building
-from pywet.cases.custom.description import Percent
+from pywet.cases.custom.materials import Percent
 from pywet.engines.liggghts.contact_model import property_matrices
 from pywet.errors import ConfigError
 from pywet.scene_stages import read_scene
