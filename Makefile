@@ -15,6 +15,8 @@ export XDG_CACHE_HOME ?= $(CURDIR)/.cache
 export MPLCONFIGDIR ?= $(XDG_CACHE_HOME)/matplotlib
 endif
 
+LINT = .venv/bin/ruff check . && .venv/bin/ruff format --check . && .venv/bin/mypy && tools/cppcheck && $(PYTHON) tools/glossary --check
+
 .PHONY: help essentials setup peers lint test cluster run full bench docs report clean
 
 help:  ## this list
@@ -30,14 +32,12 @@ peers:  ## YADE and LAMMPS for comparisons, chromium for pages too, where they c
 	@tools/setup --peers
 
 lint: setup  ## ruff, mypy, the glossary and, where it is installed, cppcheck
-	.venv/bin/ruff check .
-	.venv/bin/ruff format --check .
-	.venv/bin/mypy
-	tools/cppcheck
-	$(PYTHON) tools/glossary --check
+	$(LINT)
 
-test: peers lint  ## lint and all tests (not those marked slow)
-	$(PYTHON) -m pytest -n 3 -m "not slow"
+# mypy has one thread: side by side with the tests it costs no time of its own
+test: peers  ## lint and all tests (not those marked slow)
+	@{ $(LINT); } & lint=$$!; status=0; $(PYTHON) -m pytest -n 3 -m "not slow" || status=$$?; \
+	wait $$lint || { echo "make lint fails, its reason is above"; exit 1; }; exit $$status
 
 cluster:  ## the workflow on a SLURM of this machine, as root; skipped where Debian's packages cannot be installed
 	@tools/setup --slurm

@@ -286,7 +286,7 @@ GROUPS: dict[str, tuple[Step, ...]] = {
 }
 """Name -> what is done one after another in a new folder: commands of the pages, and preparations by name."""
 SHIPPED = {"the tutorial", "a material"}
-"""Groups that `make test` runs with the shipped configuration; `make slow` all that have no preparation of their own."""
+"""Groups that `make test` runs with the shipped configuration; all others are marked slow."""
 SCATTER = 0.1
 """Share by which a number of a run may differ from the one on a page: a bed is chaotic, and processors round differently."""
 SMALLER = {

@@ -1,4 +1,4 @@
-"""Half of the 95 % intervals within a run, which deck_numbers.yaml gathers beside the numbers of a screen."""
+"""Half of the 95 % intervals within a run, which deck_numbers.yaml gathers in addition to the numbers of a screen."""
 
 from __future__ import annotations
 
