@@ -1,4 +1,7 @@
-"""Half of the 95 % intervals within a run, which deck_numbers.yaml gathers in addition to the numbers of a screen."""
+"""Half of the 95 % intervals within a run, which deck_numbers.yaml gathers in addition to the numbers of a screen.
+
+An interval without an end (of d50, where the limits of T do not cross 0.5) makes a run fail; none is left out of a mean.
+"""
 
 from __future__ import annotations
 

@@ -23,16 +23,18 @@ DEFAULT = {"feed_s": 2.5, "stiffness_N_per_m": 12000.0, "step_share": 0.2}
 CHANGES = {"feed of 10 s": ("feed_s", 10.0), "10 times as stiff": ("stiffness_N_per_m", 120000.0),
            "half the time step": ("step_share", 0.1)}  # fmt: skip
 """Heading of a column of the page, and the one value in which its runs differ from the default."""
-NUMBERS: dict[str, tuple[str, str | None, float]] = {
-    "cut size d50, mm": ("screen_d50_mm", "d50_half", 1.0),
-    "ecart probable, mm": ("screen_ecart_probable_mm", None, 1.0),
-    "efficiency, %": ("screen_efficiency", "efficiency_half", 100.0),
-    "throughput, kg/h": ("screen_throughput_t_per_h", "throughput_half", 1000.0),
-    "moisture of the overs, %": ("screen_overs_moisture_percent", "overs_moisture_half", 1.0),
-    "moisture of the unders, %": ("screen_unders_moisture_percent", "unders_moisture_half", 1.0),
-    "apertures pegged, %": ("screen_pegged_share", "pegged_half", 100.0),
+WILSON, BLOCKS = NORMAL_95, float(stats.t.ppf(0.975, 7))
+"""Quantile in half of an interval within a run: spheres as independent trials, or eight blocks."""
+NUMBERS: dict[str, tuple[str, str | None, float, float]] = {
+    "cut size d50, mm": ("screen_d50_mm", "d50_half", WILSON, 1.0),
+    "ecart probable, mm": ("screen_ecart_probable_mm", None, WILSON, 1.0),
+    "efficiency, %": ("screen_efficiency", "efficiency_half", WILSON, 100.0),
+    "throughput, kg/h": ("screen_throughput_t_per_h", "throughput_half", BLOCKS, 1000.0),
+    "moisture of the overs, %": ("screen_overs_moisture_percent", "overs_moisture_half", BLOCKS, 1.0),
+    "moisture of the unders, %": ("screen_unders_moisture_percent", "unders_moisture_half", BLOCKS, 1.0),
+    "apertures pegged, %": ("screen_pegged_share", "pegged_half", BLOCKS, 100.0),
 }
-"""Row of the page: result of the sweep, half of its interval within a run, factor to the unit of the row."""
+"""Row of the page: result of the sweep, half of its interval within a run and its quantile, factor to the unit of the row."""
 LEVEL = 0.05
 """A change is significant by Welch's t at this level for all numbers and changes together (Bonferroni). An interval within a run
 is too narrow where the variance between seeds exceeds that of the interval significantly (chi-square, this level for all
@@ -42,7 +44,7 @@ numbers together)."""
 def store(sweep: Path) -> None:
     """Store the finished runs of the table of a sweep."""
     table = pd.read_csv(sweep).rename(columns=AXES)
-    results = [name for number, half, _ in NUMBERS.values() for name in (number, half) if name]
+    results = [name for number, half, *_ in NUMBERS.values() for name in (number, half) if name]
     done = table[table["status"] == "done"][[*DEFAULT, "seed", *results]]
     done.sort_values([*DEFAULT, "seed"]).to_csv(STORED, index=False, float_format="%.6g", lineterminator="\n")
 
@@ -52,9 +54,9 @@ def rows_of(table: pd.DataFrame, **changes: float) -> pd.DataFrame:
     return table[(table[[*DEFAULT]] == pd.Series({**DEFAULT, **changes})).all(axis=1)]
 
 
-def too_narrow(values: pd.Series, half: pd.Series) -> bool:
-    """Whether the variance between seeds exceeds the mean variance within runs, (half / 1.96)², significantly."""
-    within = float(((half / NORMAL_95) ** 2).mean())
+def too_narrow(values: pd.Series, half: pd.Series, quantile: float) -> bool:
+    """Whether the variance between seeds exceeds the mean variance within runs, (half / quantile)², significantly."""
+    within = float(((half / quantile) ** 2).mean())
     free = len(values) - 1
     return bool(stats.chi2.sf(free * float(values.var()) / within, free) < LEVEL / len(NUMBERS))
 
@@ -77,14 +79,14 @@ def page_rows(table: pd.DataFrame) -> list[str]:
         f"| number | mean of {len(rows_of(table))} runs | ± within a run | ± between runs | {' | '.join(CHANGES)} |"
     ]
     lines.append("|---|" + "---|" * (3 + len(CHANGES)))
-    for name, (number, half, factor) in NUMBERS.items():
+    for name, (number, half, quantile, factor) in NUMBERS.items():
         base = rows_of(table)
         values = factor * base[number]
-        between = NORMAL_95 * float(values.std())
+        between = float(stats.t.ppf(0.975, len(values) - 1) * values.std())  # of one run by the scatter of all
         cells = [_cell(*mean_and_half_width(values.tolist()), marked=False).removeprefix("+"), "–", f"{between:.2g}"]
         if half:
             within = f"{factor * float(base[half].mean()):.2g}"
-            cells[1] = f"**{within}**" if too_narrow(base[number], base[half]) else within
+            cells[1] = f"**{within}**" if too_narrow(base[number], base[half], quantile) else within
         for column, value in CHANGES.values():
             other = factor * rows_of(table, **{column: value})[number]
             found = stats.ttest_ind(other, values, equal_var=False)
