@@ -92,6 +92,8 @@ class Outlet(Computable):
     high_m: Bound
     crossing_above_m: float | None = None
     """Least height of a sphere's centre [m] at or after its crossing of the plane of the smallest x; None: any height."""
+    moves_with: Identifier | None = None
+    """Wall with whose vibration that plane and that height move from where they are at the start; None: they are at rest."""
     product: Product | None = None
     """Product of the screen that is collected here."""
 
@@ -406,6 +408,11 @@ class EngineScene(Computable):
             raise ValueError(f"scene {self.name}: outlets {', '.join(names)}; expected a name for each")
         if self.outlets and self.retire:
             raise ValueError(f"scene {self.name}: outlets and retire; expected one of them")
+        for o in self.outlets:
+            if o.moves_with is not None and not isinstance(self.motions.get(o.moves_with), Vibration):
+                raise ValueError(
+                    f"scene {self.name}: outlet {o.name} moves with {o.moves_with}; expected a wall that vibrates"
+                )
         if self.created_ahead_s and not (self.outlets and self.has_insertion):
             raise ValueError(
                 f"scene {self.name}: created_ahead_s without insertion and outlets; expected both, or null"

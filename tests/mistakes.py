@@ -43,7 +43,7 @@ from pywet.laws.exact_bridge import table as exact_table
 from pywet.laws.kinds import KINDS
 from pywet.planning import numbers, retirement, time_steps
 from pywet.planning.surroundings import Surroundings
-from pywet.products import kinetics, streams
+from pywet.products import kinetics, outlets, streams
 from pywet.products.size_classes import LogNormal, SizeDistribution, sieve_analysis
 from pywet.report import collect, render, scene_page, vtk, vtkhdf
 from pywet.run_folder import LOCK, claim, hold, refuse_within
@@ -343,6 +343,9 @@ def mistakes() -> dict[str, Call]:
         "spheres.count": lambda _: problem.check(replace(two, radius=two.radius[:1])),
         "spheres.not_finite": lambda _: problem.check(replace(two, velocity=two.velocity * np.nan)),
         "spheres.form": lambda folder: forms.parse({"form": "cubes"}, "cubes.json"),
+        "scene.in_outlet": lambda _: outlets.refuse_begins(
+            "bed", [outlets.Outlet(name="end", high_mm=(20, None, None)).region()], np.eye(3), (0.0, 0.0, 0.0)
+        ),
         "step.no_spheres": lambda _: time_steps.advise(scene.model_copy(update={"classes": no_spheres})),
         "step.not_proportional": lambda _: time_steps.refuse_nonlinear_drag(
             scene.effects.model_copy(update={"viscous_normal": "buck_water"}), "semi_implicit",

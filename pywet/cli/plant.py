@@ -46,7 +46,7 @@ def screen_numbers(
         table.add_row(name, *(column.get(name, "–") for column in columns))
     out.print(table)
     for run, numbers in found.items():
-        if warning := screen_page.unsteady(numbers):
+        for warning in filter(None, (screen_page.unsteady(numbers), screen_page.unlevel(numbers))):
             tell(f"{f'{run}: ' if len(found) > 1 else ''}{warning}")
     for line in dict.fromkeys(line for run in found for line in screen_page.left_out(run)):
         tell(line)

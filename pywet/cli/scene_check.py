@@ -11,6 +11,8 @@ from pywet.engines.schedule import early_end
 from pywet.scene import EngineScene
 from pywet.sweep.costs import of_scene
 
+MOST_BLOCKS = 10**9
+"""Blocks of the longest run of a scene with `until`, whatever their length."""
 NEAR = 0.8
 """Diameter over aperture of the class whose adhesion number is printed: the near-mesh size of docs/screens.md."""
 
@@ -21,12 +23,13 @@ def lines(scene: Scene, reasons: bool = False) -> list[str]:
     `reasons`: effects with their quantities and reasons, in lines longer than 80 characters.
     """
     made = Building(scene)
-    built = made.scene()
+    built = made.scene(MOST_BLOCKS)
     spheres, seconds = sum(c.count for c in built.classes), of_scene(made).seconds
-    step = f"{built.steps} steps of {built.time_step_s:.3g} s"
+    most = "at most " if scene.until else ""
+    step = f"{most}{built.steps} steps of {built.time_step_s:.3g} s"
     return [
         f"{scene.name}: {spheres} spheres, {step}",
-        f"predicted {duration(seconds)} on one core, replay included",
+        f"predicted {most}{duration(seconds)} on one core, replay included",
         *feeds(scene, built.classes),
         *(made.plan.lines if reasons else [*made.plan.table, *made.plan.hint]),
         *made.warnings,
@@ -39,6 +42,9 @@ def _deck(scene: Scene, built: EngineScene) -> Iterator[str]:
     """Yield the throw number of a deck, and for a moist feed its adhesion number."""
     if (deck := scene.deck) is None:
         return
+    if deck.inclination_deg:
+        gravity = ", ".join(f"{g:.3g}" for g in deck.gravity)
+        yield f"positions are relative to the deck, gravity there is ({gravity}) m/s2"
     yield f"throw number {deck.acceleration_ratio:.3g}"
     if built.liquid is None:
         return

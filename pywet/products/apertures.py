@@ -36,6 +36,14 @@ Spheres on the land between holes are a radius above it; a sphere that sits on a
 """
 
 
+TALL = 2.0
+"""Extent of a horizontal screen along z, less the radius of the largest sphere, over its mean thickness, at most.
+
+Round wires are 1.3 times as high as thick in the mean. A higher screen is inclined, curved or framed: whether a sphere is in
+its plane does not follow from its height.
+"""
+
+
 def of_deck(name: str, deck: int) -> str:
     """Name of an item of a deck, numbered from the top; that of the top deck has no number.
 
@@ -58,6 +66,27 @@ def extents(run: RunDir, wall: WallMesh) -> tuple[Floats, Floats]:
     np.minimum.at(low, part, corners.min(axis=1))
     np.maximum.at(high, part, corners.max(axis=1))
     return low, high
+
+
+def not_level(run: RunDir, wall: WallMesh) -> str | None:
+    """Return in a sentence why pegging and passage of a screen that is not horizontal are undefined; None if they are defined.
+
+    The mean thickness is the volume of its bodies over their plan area; see `TALL`. The screens of a case and of a deck are
+    horizontal.
+    """
+    if wall.name == "wires" or deck_of(run):
+        return None
+    corners = _corners(run, wall)
+    z, largest = corners[..., 2], max(c.radius_m for c in run.scene.classes)
+    plan = 0.5 * np.cross(corners[:, 1, :2] - corners[:, 0, :2], corners[:, 2, :2] - corners[:, 0, :2])
+    volume, shadow = abs(float(plan @ (z.mean(axis=1) - z.mean()))), 0.5 * float(np.abs(plan).sum())
+    thick, high = volume / shadow if shadow else 0.0, float(np.ptp(z))
+    if high <= TALL * thick + largest:
+        return None
+    return (
+        f"pegging and passage are undefined: screen {wall.name} extends over {1e3 * high:.3g} mm in height and is "
+        f"{1e3 * thick:.2g} mm thick, so that it is not horizontal and flat"
+    )
 
 
 def _corners(run: RunDir, wall: WallMesh) -> Floats:

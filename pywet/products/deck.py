@@ -19,7 +19,10 @@ from pywet.scene import Positive, Vector
 G = 9.81
 """Acceleration of gravity [m/s2]."""
 BELOW = 6.0
-"""Depth of the outlet of the unders below the deck, over the aperture."""
+"""Least depth of the outlet of the unders below the deck at the start, over the aperture.
+
+It is also at least one aperture below the lower face of the deck at its lowest.
+"""
 LEAST_LAND = 0.18
 """Smallest land between round holes over their diameter, since columns of a triangular pattern are closer than holes."""
 SIDE_MM = 5.0
@@ -65,6 +68,16 @@ class Stroke(Excusable):
             "frequency_Hz": self.frequency_Hz,
             "unusual": self.unusual,
         }
+
+    def reach_mm(self, axis: str) -> float:
+        """Return how far the deck moves along -x or -z from where it is at the start [mm].
+
+        >>> circle = Stroke(kind="circular", amplitude_mm=4, frequency_Hz=16)
+        >>> f"{circle.reach_mm('z'):.2f} {circle.reach_mm('x'):.2f}"
+        '6.83 1.17'
+        """
+        moves, k = self.vibrates(), "xyz".index(axis)
+        return float(moves["amplitude_mm"][k] * (1.0 + math.sin(math.radians(moves["phase_deg"][k]))))
 
 
 class Mesh(Excusable):
@@ -293,18 +306,22 @@ class Deck(Mesh):
     def outlets(self) -> list[dict[str, Any]]:
         """Return the outlets of a deck: overs beyond the end, unders below by section, and no product over a side.
 
-        Overs of a deck are spheres that cross its end above its lower face.
+        Overs of a deck are spheres that cross its end above its lower face, wherever both then are.
         """
         away, (lowest, height) = 2.0 * self.aperture_mm, self.levels[-1]
-        side, below = 0.5 * self.width_mm + SIDE_MM + away, height - BELOW * lowest.aperture_mm
+        side, back = 0.5 * self.width_mm + SIDE_MM + away, SIDE_MM + away
+        back += max(SIDE_MM, SLIT_MM + self.stroke.reach_mm("x"))
+        down = lowest.thick_mm + self.stroke.reach_mm("z") + lowest.aperture_mm
+        below = height - max(BELOW * lowest.aperture_mm, down)
         sides: list[dict[str, Any]] = [
             {"name": "spilled_left", "low_mm": (None, side, None)},
             {"name": "spilled_right", "high_mm": (None, -side, None)},
         ]
         found = [] if self.periodic else sides
-        found.append({"name": "spilled_back", "high_mm": (-2.0 * SIDE_MM - away, None, None)})
-        for name, (deck, z) in zip(DECKS, self.levels, strict=False):
-            found.append({"name": name, "low_mm": (self.length_mm, None, None), "crossing_above_mm": z - deck.thick_mm})
+        found.append({"name": "spilled_back", "high_mm": (-back, None, None)})
+        for k, (name, (deck, z)) in enumerate(zip(DECKS, self.levels, strict=False), start=1):
+            end = {"low_mm": (self.length_mm, None, None), "crossing_above_mm": z - deck.thick_mm}
+            found.append({"name": name, **end, "moves_with": of_deck("screen", k)})
         for k in range(1, self.sections + 1):
             last = k == self.sections
             name = "unders" if self.sections == 1 else f"unders_{k}"

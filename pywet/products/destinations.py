@@ -63,7 +63,7 @@ def _by_outlet(run: RunDir) -> pd.DataFrame:
     if not {o.product for o in scene.outlets} >= set(PRODUCTS):
         return _named(run, gone, gone["id"].map(where).to_numpy())
     counted = streams.read(run).counted
-    overs = next(o.name for o in scene.outlets if o.product == PRODUCTS[0])
+    overs = min((o.name for o in scene.outlets if o.product == PRODUCTS[0]), key=lambda name: name != PRODUCTS[0])
     return _named(run, counted, counted["id"].map(where).fillna(overs).to_numpy())
 
 

@@ -7,17 +7,18 @@ continue to fall within the simulated box.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Self, get_args
 
 import numpy as np
 from pydantic import model_validator
 
 from pywet import scene as typed
-from pywet.config.entries import Excusable
+from pywet.config.entries import Excusable, only
 from pywet.engines.schedule import SKIPPED, checkpoint_every, outlets_every_s, windows
 from pywet.errors import ConfigError
 from pywet.geometry.surface import Floats
+from pywet.runs.rundir import placed
 from pywet.scene import Bound, Identifier, Product, Vector
 
 MM = 1e-3
@@ -41,14 +42,17 @@ class Outlet(Excusable):
     crossing_above_mm: float | None = None
     """Least height z of a sphere at or after its crossing of the plane of the smallest x, such as the end of a deck; null: any.
 
-    It is the largest height on the parabola through position and velocity at the removal. A sphere that was lower
-    leaves by a later outlet of the list.
+    It is the largest height on the parabola through position and velocity at the removal; with `moves_with` that above the
+    wall at the crossing, or later above its highest position. A sphere that was lower leaves by a later outlet of the list.
     """
+    moves_with: str | None = None
+    """Wall with whose vibration plane and height of the crossing move, though not the region; null: they are at rest."""
     product: Product | None = None
     """Screen product collected here; by default the one with which its name begins: overs…, middlings…, unders…."""
 
     @model_validator(mode="after")
     def _holds_something(self) -> Self:
+        only(self, "with crossing_above_mm", self.crossing_above_mm is not None, "moves_with")
         pairs = [(a, b) for a, b in zip(self.low_mm, self.high_mm, strict=True) if a is not None and b is not None]
         if not all(a < b for a, b in pairs):
             raise ValueError(f"outlet {self.name}: each number of low_mm to be less than that of high_mm")
@@ -69,8 +73,8 @@ class Outlet(Excusable):
         above = None if self.crossing_above_mm is None else self.crossing_above_mm - origin[2]
         return self.model_copy(update={"low_mm": low, "high_mm": high, "crossing_above_mm": above})
 
-    def region(self) -> typed.Outlet:
-        """Convert the outlet to the region that an engine uses [m]."""
+    def region(self, words: Mapping[str, str] | None = None) -> typed.Outlet:
+        """Convert the outlet to the region that an engine uses [m]; `words`: names of walls in the engine."""
         named = next((p for p in PRODUCTS if self.name.startswith(p)), None)
         product = self.product or named
         above = None if self.crossing_above_mm is None else MM * self.crossing_above_mm
@@ -79,6 +83,7 @@ class Outlet(Excusable):
             low_m=_in_m(self.low_mm),
             high_m=_in_m(self.high_mm),
             crossing_above_m=above,
+            moves_with=(words or {}).get(self.moves_with or ""),
             product=product,
         )
 
@@ -104,11 +109,15 @@ def with_reach(
     speed: float,
     gravity: Vector,
     output_s: float | None = None,
+    sway: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> tuple[Floats, Floats]:
-    """Enlarge the corners of a box for spheres that enter an outlet before they are removed."""
+    """Enlarge the corners of a box for spheres that enter an outlet before they are removed.
+
+    `sway`: largest displacements of the outlets with walls [m].
+    """
     if not outlets:
         return low, high
-    far = reach(speed, gravity, output_s) + _falls(outlets, speed, gravity)
+    far = reach(speed, gravity, output_s) + _falls(outlets, speed, gravity, sway[2]) + np.array(sway)
     lows, highs = [low], [high]
     for outlet in outlets:  # spheres enter at the finite bound; at the open end they leave
         lows.append([low[k] if b is None else b for k, b in enumerate(outlet.high_m)] - far)
@@ -116,13 +125,13 @@ def with_reach(
     return np.minimum.reduce(lows), np.maximum.reduce(highs)
 
 
-def _falls(outlets: Sequence[typed.Outlet], speed: float, gravity: Vector) -> Floats:
+def _falls(outlets: Sequence[typed.Outlet], speed: float, gravity: Vector, raised: float) -> Floats:
     """Bound the distances [m] that a sphere moves while it falls from the height of a crossing to an outlet below."""
     crossings = [o.crossing_above_m for o in outlets if o.crossing_above_m is not None]
     floors = [o.high_m[2] for o in outlets if o.high_m[2] is not None]
     if not crossings or not floors or gravity[2] >= 0.0:
         return np.zeros(3)
-    seconds = math.sqrt(2.0 * max(0.0, max(crossings) - min(floors)) / -gravity[2])
+    seconds = math.sqrt(2.0 * max(0.0, max(crossings) + raised - min(floors)) / -gravity[2])
     return np.array([min(speed * seconds + 0.5 * abs(gravity[0]) * seconds**2, MOST_REACH), 0.0, 0.0])
 
 
@@ -141,6 +150,47 @@ def refuse_thin(
                 f"{way:.3g} mm between two checks of it; expected it open below: null in place of {open_:g} in its {end}",
                 code="scene.thin_outlet", key=f"outlets.{outlet.name}",
             )  # fmt: skip
+
+
+def refuse_begins(scene: str, outlets: Sequence[typed.Outlet], at: Floats, origin_mm: Vector) -> None:
+    """Refuse positions (n, 3) [m] at which spheres start or enter that are in an outlet."""
+    for outlet in outlets:
+        (low, high), above = map(np.array, outlet.ends), outlet.crossing_above_m
+        taken = ((at >= low) & (at < high)).all(axis=1) & (at[:, 2] >= (-math.inf if above is None else above))
+        if taken.any():
+            raise ConfigError(
+                f"scene {scene}: {int(taken.sum())} of {len(at)} spheres start or enter in outlet {outlet.name}, such as at "
+                f"{placed(at[taken][0], origin_mm)} mm, and would leave at once; expected all outside: move their region or "
+                "the outlet",
+                code="scene.in_outlet", key=f"outlets.{outlet.name}", given=int(taken.sum()), expected=0,
+            )  # fmt: skip
+
+
+def out_of_reach(outlets: Sequence[typed.Outlet], walls: Mapping[str, Floats], radius: float) -> list[str]:
+    """Return sentences on walls and outlets so far inside an outlet that spheres are removed before they reach them.
+
+    Parameters
+    ----------
+    walls : mapping of str to array (n, 3)
+        Corners of each wall [m].
+    radius : float
+        Of the largest sphere [m], which touches a wall that is less far inside.
+
+    Notes
+    -----
+    An outlet that shares a face with the one around it divides that.
+    """
+    places = [(f"wall {name}", at.min(axis=0) - radius, at.max(axis=0) + radius) for name, at in walls.items()]
+    places += [(f"outlet {o.name}", np.array(o.ends[0]), np.array(o.ends[1])) for o in outlets]
+    found = []
+    for what, low, high in places:
+        around = (
+            o.name for o in outlets for a, b in [map(np.array, o.ends)]
+            if (((low > a) | np.isneginf(a)) & ((high < b) | np.isposinf(b))).all()
+        )  # fmt: skip
+        if name := next(around, None):
+            found.append(f"{what} is in outlet {name}, in which spheres are removed before they reach it")
+    return found
 
 
 def refuse_skipped(scene: typed.EngineScene) -> None:

@@ -26,6 +26,8 @@ PER_HOUR = 3.6
 """Factor from kg/s to t/h."""
 MOST_PASSED = 0.95
 """Share of the passing mass of a batch up to which its throughput is computed."""
+PEGGED = ("pegged", "pegged_half_width", "pegged_share", "pegged_share_half_width")
+"""Numbers on pegging, None for a screen that is not horizontal."""
 RESULT = "screen"
 """Name of the file with the results."""
 
@@ -115,6 +117,7 @@ def _numbers(run: RunDir, flow: Streams, numbers: Separation, series: pd.DataFra
             p: intervals.of_moisture(rows, density, flow.continuous) for p, rows in of.items()
         },
         "feed_moisture_percent": moisture_percent(feed, density),
+        "spilled_share": streams.spilled_share(run),
         "residence_s": {p: _residence(rows) for p, rows in of.items()},
         **_of_screen(run, flow, series),
     }  # fmt: skip
@@ -163,6 +166,7 @@ def time_series(run: RunDir, flow: Streams) -> pd.DataFrame:
     if screen:
         net = dict.fromkeys((screen.name, of_deck(apertures.CROSS, flow.deck)), "screen")
         frame["screen_liquid_m3"] = run.on_walls(net, "mesh")["screen"].to_numpy()
+    if screen and not apertures.not_level(run, screen):
         stuck = apertures.pegged(run, screen) & line.entered
         for kind in run.scene.classes:
             frame[f"pegged_{kind.type}"] = stuck[:, line.types == kind.type].sum(axis=1)
@@ -178,16 +182,19 @@ def _of_screen(run: RunDir, flow: Streams, series: pd.DataFrame) -> dict[str, An
     if screen is None:
         return {"screen": None}
     rows = series[(series["time_s"] >= flow.start_s) & (series["time_s"] <= flow.end_s)]
+    number, liquid = (
+        apertures.count(run, screen, flow.deck),
+        block_mean(rows["screen_liquid_m3"].to_numpy(dtype=float))[0],
+    )
+    found = {"screen": screen.name, "apertures": number, "screen_liquid_m3": liquid}
+    if why := apertures.not_level(run, screen):
+        return {**found, **dict.fromkeys(PEGGED), "pegged_undefined": why}
     pegged = rows[[f"pegged_{c.type}" for c in run.scene.classes]].to_numpy(dtype=float)
-    number, slot = apertures.count(run, screen, flow.deck), apertures.slot_length(run, screen, flow.deck)
+    slot = apertures.slot_length(run, screen, flow.deck)
     blocks = np.array([2.0 * c.radius_m / slot if slot else 1.0 for c in run.scene.classes])
     mean, blocked = block_mean(pegged.sum(axis=1)), block_mean(pegged @ blocks)
-    return {
-        "screen": screen.name, "apertures": number,
-        "pegged": mean[0], "pegged_half_width": mean[1], "pegged_share": blocked[0] / number,
-        "pegged_share_half_width": blocked[1] / number,
-        "screen_liquid_m3": block_mean(rows["screen_liquid_m3"].to_numpy(dtype=float))[0],
-    }  # fmt: skip
+    values = (*mean, *(value / number for value in blocked))
+    return {**found, **dict(zip(PEGGED, values, strict=True))}
 
 
 def write(

@@ -205,6 +205,12 @@ def shares_left(run: RunDir) -> dict[str, Floats]:
     return {p: np.divide(kg, feed, out=np.zeros(len(feed)), where=feed > 0) for p, kg in left.items()}
 
 
+def spilled_share(run: RunDir) -> float:
+    """Return the share of the mass that has entered by the end that left through outlets of no product."""
+    left = shares_left(run)
+    return sum((float(left[o.name][-1]) for o in run.scene.outlets if not o.product), 0.0)
+
+
 def steady_from(scene: EngineScene, table: pd.DataFrame, end: float) -> float | None:
     """Return the time [s] from which hold-up and outflow are both steady; None if one of them never is."""
     times = edges(scene, end)

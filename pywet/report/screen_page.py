@@ -30,6 +30,8 @@ STRETCHED = 0.5
 """Smallest height of the pegging map over its width."""
 MOISTURE = "moisture, overs / unders"
 """Name of the moisture of both products, which a dry feed does not have."""
+SPILLED = "spilled, in no product"
+"""Name of the share that left through outlets of no product, named where there is one."""
 PAGE = "screen"
 """Name of the page."""
 Evaluated = tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]
@@ -73,6 +75,7 @@ def five(numbers: dict[str, Any]) -> dict[str, str]:
         "efficiency": between(numbers["efficiency"], sharp, " %", 100.0),
         f"throughput, {of}": f"{rate}, {shown(per_area, ' t/(h m²)')}",
         **({MOISTURE: products} if moistened(numbers) else {}),
+        **({SPILLED: shown(100.0 * spilled, " % of the feed")} if (spilled := numbers.get("spilled_share")) else {}),
         "apertures pegged": measured(share, numbers.get("pegged_share_half_width"), " %", 100.0)
         if numbers["screen"]
         else "–",
@@ -143,6 +146,11 @@ def unsteady(numbers: dict[str, Any]) -> str | None:
     return f"not steady: means over the last {numbers['to_s'] - numbers['from_s']:.3g} s of the feed"
 
 
+def unlevel(numbers: dict[str, Any]) -> str | None:
+    """Return a sentence if pegging and passage are undefined, as the screen is not horizontal."""
+    return numbers.get("pegged_undefined")
+
+
 def left_out(folder: Path) -> list[str]:
     """Return sentences on the sizes of the feeds that were not simulated."""
     return not_simulated(RunDir(folder).json("description.json", dict[str, Any]) or {})
@@ -154,8 +162,8 @@ def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: 
     with plt.rc_context(STYLE):
         drawn = [_partition(numbers, curve), _products(series)]
         drawn += [_moisture(run, series)] if moistened(numbers) else []
-        drawn += [_passage(run, numbers)]
-        drawn += [_pegging(run, numbers)] if numbers["screen"] else []
+        drawn += [] if unlevel(numbers) else [_passage(run, numbers)]
+        drawn += [] if unlevel(numbers) or not numbers["screen"] else [_pegging(run, numbers)]
     rows: list[list[page.Cell | str]] = [
         [page.left(name), page.left(value)] for name, value in {**five(numbers), **_more(run, numbers)}.items()
     ]
@@ -163,7 +171,7 @@ def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: 
     return [
         page.Section(
             "Screen" + (f", deck{deck}" if deck else ""),
-            (page.paragraph(f"{warning[0].upper()}{warning[1:]}.") if (warning := unsteady(numbers)) else "")
+            "".join(page.paragraph(f"{s[0].upper()}{s[1:]}.") for s in (unsteady(numbers), unlevel(numbers)) if s)
             + page.table(["number", "value (95 % interval within the run)"], rows)
             + (page.paragraph(until.sentence(known)) if known else ""),
             f"Screen{deck}",
@@ -243,13 +251,16 @@ def _moisture(run: RunDir, series: pd.DataFrame) -> str:
 
 
 def crossings(run: RunDir, deck: int = 1) -> pd.DataFrame:
-    """Return the position along x of each sphere at the first output below the screen's plane: id, type, x [m]."""
+    """Return the position along x of each sphere at the first output below the screen, where that then is: id, type, x [m]."""
     table, screen = run.trajectory, apertures.screen_of(run, deck)
-    plane = run.scene.screen_z_m
+    plane, raised = run.scene.screen_z_m, np.zeros(len(table))
     if screen and screen.name != "wires":
         plane = float(apertures.extents(run, screen)[0][:, 2].min())
+    if screen:
+        motion = run.mesh_motion[run.mesh_motion["mesh"] == screen.name]
+        raised = motion.set_index("step")["dz"].reindex(table["step"]).to_numpy()
     entered = table["step"].to_numpy() >= run.enters[np.searchsorted(run.timeline.ids, table["id"])]
-    below = table[(table["z"] < plane) & entered].drop_duplicates("id")
+    below = table[(table["z"].to_numpy() - raised < plane) & entered].drop_duplicates("id")
     return below[["id", "type", "x"]]
 
 

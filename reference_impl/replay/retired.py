@@ -44,8 +44,8 @@ class Rule:
     size: float = 1.0
     """Length that positions are compared with: the depth below the plane of the bin, as the limit itself may lie at z = 0."""
 
-    def holds(self, x: Floats, v: Floats, margin: float = 0.0) -> Floats:
-        """Return which spheres satisfy the rule; with `margin` which may satisfy it, by rounding (negative: certainly)."""
+    def holds(self, step: Floats, x: Floats, v: Floats, margin: float = 0.0) -> Floats:
+        """Return which spheres satisfy the rule, at any step; with `margin` which may, by rounding (negative: certainly)."""
         return (x[:, 2] < self.below + margin * (abs(self.below) + self.size)) & (
             length(v) < self.slower * (1.0 + margin)
         )
@@ -54,9 +54,9 @@ class Rule:
         """Return the step from which each sphere may be retired."""
         return np.zeros(len(ids))
 
-    def booked(self, x: Floats, v: Floats, outlet: Floats, margin: float) -> Floats:
+    def booked(self, step: Floats, x: Floats, v: Floats, outlet: Floats, margin: float) -> Floats:
         """Return which rows name the location of their sphere: the bin, 0."""
-        return self.holds(x, v, margin) & (outlet == 0)
+        return self.holds(step, x, v, margin) & (outlet == 0)
 
 
 def rule(folder: Path) -> Rule | outlets.Regions | None:
@@ -190,7 +190,7 @@ def of_places(law: Rule | outlets.Regions, gone: pd.DataFrame, trajectory: pd.Da
     )
     last, step = now["last"].fillna(NEVER).to_numpy(), now["step"].to_numpy()
     stays = (step < last) & np.isin(step, law.steps) & (step >= law.entered(now["id"]))
-    missed = stays & law.holds(now[[*"xyz"]].to_numpy(float), now[["vx", "vy", "vz"]].to_numpy(float), -NEAR)
+    missed = stays & law.holds(step, now[[*"xyz"]].to_numpy(float), now[["vx", "vy", "vz"]].to_numpy(float), -NEAR)
     moment, rest = (now[rows].reset_index(drop=True) for rows in (step == last, step > last))
     waits = moment["step"].to_numpy() < law.entered(moment["id"])
 
@@ -205,7 +205,10 @@ def of_places(law: Rule | outlets.Regions, gone: pd.DataFrame, trajectory: pd.Da
         + (0.0 if law.stay else 1.0)
     )
     found = {
-        "retired_who": (moment, (waits | ~law.booked(x, v, moment["outlet"].to_numpy(), NEAR)).astype(float)),
+        "retired_who": (
+            moment,
+            (waits | ~law.booked(moment["step"].to_numpy(), x, v, moment["outlet"].to_numpy(), NEAR)).astype(float),
+        ),
         "retired_missed": (now, missed.astype(float)),
         "retired_place": (moment, length(at(moment, *"xyz") - x) / (abs(law.below) + law.size)),
         "retired_speed": (moment, length(at(moment, "vx", "vy", "vz") - v) / law.slower),

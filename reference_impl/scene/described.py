@@ -324,6 +324,8 @@ def _outlets(written: Mapping[str, Any]) -> Expected:
         above = o.get("crossing_above_mm")
         wanted = None if above is None else MM * (above - written["origin_mm"][2])
         found[f"{at}.crossing_above_m"] = (wanted, f"{key} crossing_above_mm")
+        moves = o.get("moves_with")
+        found[f"{at}.moves_with"] = (None if moves is None else _word(moves), f"{key} moves_with")
         found[f"{at}.product"] = (o["product"] or (begins[0] if begins else None), f"{key} product")
         for bound in ("low", "high"):
             for axis, value, x in zip("xyz", o[f"{bound}_mm"], written["origin_mm"], strict=True):
@@ -339,6 +341,7 @@ def _given_outlets(scene: Mapping[str, Any]) -> dict[str, Any]:
     for o in outlets:
         found[f"outlets.{o['name']}.product"] = o["product"]
         found[f"outlets.{o['name']}.crossing_above_m"] = o.get("crossing_above_m")
+        found[f"outlets.{o['name']}.moves_with"] = o.get("moves_with")
         for bound in ("low_m", "high_m"):
             found |= {f"outlets.{o['name']}.{bound}.{axis}": v for axis, v in zip("xyz", o[bound], strict=True)}
     return found

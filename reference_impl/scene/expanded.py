@@ -20,10 +20,13 @@ Description = Mapping[str, Any]
 G = 9.81
 SIDE_MM = 5.0
 """Thickness of a deck's side walls and back wall."""
+SLIT_MM = 0.1
+"""Gap between a deck and its back wall."""
 TAIL = 0.01
 """Share of the coarsest mass that is cut off an unbounded distribution."""
 NO_MOTION: dict[str, Any] = {"vibrates": None, "turns": None, "moves": None, "removed": None}
-OPEN: dict[str, Any] = {"low_mm": [None] * 3, "high_mm": [None] * 3, "product": None, "crossing_above_mm": None}
+OPEN: dict[str, Any] = {"low_mm": [None] * 3, "high_mm": [None] * 3, "product": None}
+OPEN |= {"crossing_above_mm": None, "moves_with": None}
 
 
 def in_full(written: Description, scene: Description) -> dict[str, Any]:
@@ -32,7 +35,7 @@ def in_full(written: Description, scene: Description) -> dict[str, Any]:
     found["spheres"] = [*written["spheres"], *(s for feed in written.get("feed") or () for s in _spheres(feed, scene))]
     if deck := written.get("deck"):
         found["walls"] = [*_walls(deck), *written["walls"]]
-        found["outlets"] = [*_outlets(deck), *found["outlets"]]
+        found["outlets"] = [*found["outlets"], *_outlets(deck)]
         if deck.get("periodic"):
             half = 0.5 * deck["width_mm"]
             found["periodic"] = {"axis": "y", "low_mm": -half, "high_mm": half}
@@ -98,26 +101,35 @@ def _stroke(stroke: Description) -> dict[str, Any]:
 
 
 def _outlets(deck: Description) -> Iterator[dict[str, Any]]:
-    """Yield the outlets: two apertures from the deck at both sides, back and end; six below the lowest deck for the sections.
+    """Yield the outlets: two apertures from the deck at both sides and the back; six below the lowest deck for the sections.
 
-    A later section contains what no earlier one does. Overs of a deck cross its end above its lower face.
+    They are as far from where its stroke takes the back wall, and one aperture from where it takes the lowest face. A later
+    section contains what no earlier one does. Overs of a deck cross its end above its lower face, which move with the deck.
     """
     away, sections = 2.0 * deck["aperture_mm"], deck["sections"]
     edge = 0.5 * deck["width_mm"] + SIDE_MM + away
     if not deck.get("periodic"):
         yield {**OPEN, "name": "spilled_left", "low_mm": [None, edge, None]}
         yield {**OPEN, "name": "spilled_right", "high_mm": [None, -edge, None]}
-    yield {**OPEN, "name": "spilled_back", "high_mm": [-2.0 * SIDE_MM - away, None, None]}
+    stroke = _stroke(deck["stroke"])
+    rear, _, lowest = (
+        -size - size * math.sin(math.radians(phase))
+        for size, phase in zip(stroke["amplitude_mm"], stroke["phase_deg"], strict=True)
+    )
+    back = min(-SIDE_MM, rear - SLIT_MM) - SIDE_MM - away
+    yield {**OPEN, "name": "spilled_back", "high_mm": [back, None, None]}
     levels, top = _levels(deck), 0.0
     end = [deck["length_mm"], None, None]
     for k, level in enumerate(levels):
         top -= level["below_mm"] if k else 0.0
         name = ("overs", "middlings", "lower_middlings")[k]
-        yield {**OPEN, "name": name, "low_mm": end, "crossing_above_mm": top - _thick(level)}
+        moves = f"screen_{k + 1}" if k else "screen"
+        yield {**OPEN, "name": name, "low_mm": end, "crossing_above_mm": top - _thick(level), "moves_with": moves}
+    floor = top + min(-6.0 * level["aperture_mm"], lowest - _thick(level) - level["aperture_mm"])
     ends = [deck["length_mm"] * k / sections for k in range(1, sections)]
     for k, end in enumerate([*ends, None], start=1):
         name = f"unders_{k}" if sections > 1 else "unders"
-        yield {**OPEN, "name": name, "high_mm": [end, None, top - 6.0 * levels[-1]["aperture_mm"]]}
+        yield {**OPEN, "name": name, "high_mm": [end, None, floor]}
 
 
 def _spheres(feed: Description, scene: Description) -> Iterator[dict[str, Any]]:

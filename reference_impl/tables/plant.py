@@ -317,6 +317,16 @@ def feed_moisture(folder: Path, scene: Mapping[str, Any]) -> float | None:
     return 100.0 * of.density * math.fsum(of.film[came]) / mass if mass else None
 
 
+def spilled(folder: Path, scene: Mapping[str, Any]) -> float:
+    """Return the share of the mass that has entered by the last output that no product contains though it left."""
+    of, last = Bodies.of(folder, scene, lambda wall: str(wall["name"])), plans.plan(folder).outputs[-1]
+    lost = [k for k, o in enumerate(scene.get("outlets") or (), start=1) if not o.get("product")]
+    gone = retired.table(folder)
+    ids = set(gone["id"][gone["outlet"].isin(lost) & (gone["step"] <= last)])
+    came = math.fsum(of.mass[plans.enters(dict(scene), of.kind) <= last])
+    return math.fsum(of.mass[[i in ids for i in of.ids.tolist()]]) / came if came and ids else 0.0
+
+
 def reference(folder: Path, sizes: list[tuple[float, float, float]], given: Mapping[str, Any]) -> float | None:
     """Return the size [mm] that separates undersize from oversize: the option, the aperture, or else d50."""
     if (size := (given.get("options") or {}).get("aperture")) is not None:
@@ -360,6 +370,7 @@ def held(folder: Path, scene: Mapping[str, Any], of: Deck) -> Iterator[Held]:
     mine |= {key: value for key, value in of.period.items() if key != "from_s"}
     mine |= numbers(rows, scene, {**of.period, "reference_mm": size})
     mine["feed_moisture_percent"] = feed_moisture(folder, scene)
+    mine["spilled_share"] = spilled(folder, scene)
     wall = screen_wall.of(scene, deck)
     mine["screen"] = wall["name"] if wall else None
     mine["screen_area_m2"] = screen_wall.area(folder, wall) if wall else None

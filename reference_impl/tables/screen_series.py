@@ -65,7 +65,8 @@ def _of_wall(folder: Path, scene: Mapping[str, Any], wall: dict[str, Any], deck:
             stays = np.all([now for _, now in recent], axis=0) & (moved < 0.25 * caught.radius)
             pegs[-len(recent) :] = [row | stays for row in pegs[-len(recent) :]]
     both = [row & inside for row, inside in zip(pegs, counted, strict=True)]
-    kinds = {f"pegged_{c['type']}": of.kind == c["type"] for c in scene["classes"]}
+    even = screen_wall.level(folder, scene, wall)
+    kinds = {f"pegged_{c['type']}": of.kind == c["type"] for c in scene["classes"] if even}
     return {"screen_liquid_m3": liquid} | {k: [float((row & rows).sum()) for row in both] for k, rows in kinds.items()}
 
 
@@ -116,11 +117,15 @@ def on_screen(
 ) -> dict[str, float | None]:
     """Return the means over the averaging period of pegged spheres, the share that they block, and liquid on the screen.
 
-    `lengths`: for slots, what a sphere of each column blocks over the length of a slot; otherwise it blocks one aperture.
+    Of a screen that is not horizontal nothing is known to peg. `lengths`: for slots, what a sphere of each column blocks over
+    the length of a slot; otherwise it blocks one aperture.
     """
     rows = table[(table["time_s"] >= given["from_s"]) & (table["time_s"] <= given["to_s"])]
     columns = [c for c in rows if str(c).startswith("pegged_")]
-    counts, found = rows[columns].to_numpy(float).tolist(), {}
+    counts, found = rows[columns].to_numpy(float).tolist(), dict[str, float | None]()
+    if not columns:
+        found |= dict.fromkeys(("pegged", "pegged_half_width", "pegged_share", "pegged_share_half_width"))
+        return {**found, "screen_liquid_m3": in_blocks(rows["screen_liquid_m3"].tolist())[0]}
     blocks = [1.0 if lengths is None else lengths[c] for c in columns]
     found["pegged"], found["pegged_half_width"] = in_blocks([math.fsum(row) for row in counts])
     shares = [math.fsum(n * b for n, b in zip(row, blocks, strict=True)) / apertures for row in counts]

@@ -74,6 +74,23 @@ def plane(folder: Path, scene: Mapping[str, Any], wall: Mapping[str, Any]) -> fl
     return (float(z.min()) + float(z.max())) / 2.0
 
 
+def level(folder: Path, scene: Mapping[str, Any], wall: Mapping[str, Any]) -> bool:
+    """Return whether a screen is horizontal and flat: at most as high as twice its thickness and the largest radius.
+
+    The thickness is the volume under its triangles that face up less that under those that face down, over half the plan
+    area of all. Those of a case and of a deck are.
+    """
+    if wall["name"] == "wires" or levels(folder):
+        return True
+    a, b, c = np.moveaxis(corners(folder, [wall["name"]])[0], 1, 0)
+    (ux, uy), (vx, vy) = (b - a)[:, :2].T, (c - a)[:, :2].T
+    facing, z = (ux * vy - uy * vx) / 2.0, np.stack([a[:, 2], b[:, 2], c[:, 2]])
+    under = float((facing * (z.sum(axis=0) / 3.0 - float(z.mean()))).sum())
+    plan = float(np.abs(facing).sum()) / 2.0
+    thick = abs(under) / plan if plan > 0.0 else 0.0
+    return float(z.max() - z.min()) <= 2.0 * thick + max(float(k["radius_m"]) for k in scene["classes"])
+
+
 def area(folder: Path, wall: Mapping[str, Any]) -> float:
     """Return the plan area [m2]: of a case inside its side wall, a circle or a square of whole cells; of a deck length times
     width; otherwise of the rectangle around the screen.

@@ -200,6 +200,84 @@ def test_a_product_is_decided_where_the_end_is_crossed(tmp_path: Path) -> None:
         assert not found["ok"] and not found["quantities"]["retired_who"]["ok"]
 
 
+@pytest.mark.parametrize("kind", ["linear", "circular", "elliptic"])
+@pytest.mark.parametrize("aperture", [1.0, 4.0, 12.0])
+def test_outlets_are_clear_of_a_deck_wherever_its_stroke_takes_it(kind: str, aperture: float) -> None:
+    """One aperture below the lowest place of the lower face, two behind the rearmost one of the back wall, by the path itself."""
+    turns: tuple[dict[str, Any], ...] = ({},) if kind == "linear" else ({"forward": True}, {"forward": False})
+    for more in turns:
+        for angle in (0, 30, 45, 90):
+            stroke = {"kind": kind, "amplitude_mm": 8, "frequency_Hz": 12, "angle_deg": angle, **more}
+            place, _ = path_of(Stroke(**stroke))
+            x, z = (place - place[0]).min(axis=0)
+            deck = Deck(**{**DECK, "aperture_mm": aperture, "stroke": stroke})
+            found = {o["name"]: o for o in deck.outlets()}
+            back = min(w["block"]["low_mm"][0] for w in deck.walls() if w["name"] == "back")
+            assert found["unders"]["high_mm"][2] <= z - 1.0 - aperture + 1e-2
+            assert found["spilled_back"]["high_mm"][0] <= back + x - 2.0 * aperture + 1e-2
+    still = {
+        o["name"]: o for o in Deck(**DECK).outlets()
+    }  # where the stroke is short they stay six apertures and 10 mm away
+    assert still["unders"]["high_mm"][2] == -24.0 and still["spilled_back"]["high_mm"][0] == -18.0
+
+
+@pytest.mark.engine
+def test_a_product_is_decided_by_where_the_deck_is_then(tmp_path: Path) -> None:
+    """A circle of 4 mm at 16 Hz from 45 deg on: at 39.06 ms the deck is at its lowest, 6.83 mm down, its end 2.83 mm out.
+
+    A sphere crosses that then at -4 mm, 3.83 mm above the lower face. At 7.81 ms the deck is at its top, 1.17 mm up: one crosses
+    its end at -1.5 mm, 1.67 mm below the lower face, and rises to -0.5 mm, above where that is at the start.
+    """
+    circle = {"kind": "circular", "amplitude_mm": 4, "frequency_Hz": 16}
+    out, g = 60.0 + 4.0 * math.sqrt(0.5), 9.81e3
+    crossings = {
+        "carried": (0.625 / 16, (out, 0.0, -4.0), (300.0, 0.0, -400.0), "overs"),
+        "passed": (0.125 / 16, (out, 5.0, -1.5), (1000.0, 0.0, 140.0), "unders"),
+    }
+    spheres = []
+    for k, (name, (t, at, v, _)) in enumerate(crossings.items()):
+        start = (at[0] - t * v[0], at[1], at[2] - t * v[2] - 0.5 * g * t**2)
+        thrown = (1e-3 * v[0], 0.0, 1e-3 * (v[2] + g * t))
+        entry = {"name": name, "material": "glass", "diameter_mm": 0.5 + 0.1 * k, "at_mm": [start]}
+        spheres.append({**entry, "velocity_m_per_s": thrown})
+    run = pywet.run(scene(spheres=spheres, deck={**DECK, "stroke": circle}, duration_s=0.15), tmp_path)
+    gone = run._run.table("history/retired").sort_values("id")
+    names = [run.scene.outlets[k - 1].name for k in gone["outlet"]]
+    assert dict(zip(crossings, names, strict=True)) == {name: product for name, (*_, product) in crossings.items()}
+    assert (pywet.replay(tmp_path) or {})["ok"]
+    swapped = gone.assign(outlet=gone["outlet"].to_numpy()[::-1])
+    swapped.to_parquet(tmp_path / "history" / "retired.parquet", index=False)
+    assert not (pywet.replay(tmp_path) or {})["quantities"]["retired_who"]["ok"]
+
+
+def test_outlets_of_the_user_come_before_those_of_the_deck() -> None:
+    """A part of the overs is collected on its own; what lies where spheres leave first is named, a lid at the end is not."""
+    grains = {"name": "grain", "material": "glass", "diameter_mm": 2, "at_mm": [(20.0, 0.0, 10.0)]}
+    walls = [
+        {"name": "chute", "block": {"low_mm": (80, -10, -20), "high_mm": (120, 10, -10)}},
+        {"name": "lid", "block": {"low_mm": (60.2, -10, -4), "high_mm": (64, 10, 40)}},
+    ]
+    outlets = [{"name": "overs_left", "low_mm": (60, 0, None)}, {"name": "bunker", "low_mm": (125, None, None)}]
+    made = building.Building(scene(spheres=[grains], deck=DECK, walls=walls, outlets=outlets))
+    assert [o.name for o in made.scene().outlets] == [
+        "overs_left", "bunker", "spilled_left", "spilled_right", "spilled_back", "overs", "unders"
+    ]  # fmt: skip
+    assert [line for line in made.warnings if "removed" in line] == [
+        f"{what} is in outlet overs, in which spheres are removed before they reach it"
+        for what in ("wall chute", "outlet bunker")
+    ]
+
+
+@pytest.mark.parametrize("inserted", [True, False])
+def test_a_feed_box_behind_the_deck_is_refused(inserted: bool) -> None:
+    """All of it would be removed at the first check, as spilled over the back."""
+    box = {"low_mm": (-60, -10, 10), "high_mm": (-30, 10, 30)}
+    grains = {"name": "grain", "material": "glass", "diameter_mm": 2, "count": 5, "box": box}
+    more = {"velocity_m_per_s": (0, 0, -0.3), "insertion": {"for_s": 0.005}} if inserted else {}
+    with raises_code("scene.in_outlet", says="5 of 5 spheres start or enter in outlet spilled_back", given=5):
+        building.Building(scene(spheres=[{**grains, **more}], deck=DECK)).scene()
+
+
 @pytest.mark.slow
 @pytest.mark.engine
 def test_probability_of_passage_by_gaudin(tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ from pywet.products import outlets
 from pywet.report import browser, ovito, render, scene_page, sketch, vtk, vtkhdf
 from pywet.runs.rundir import RunDir
 from pywet.runs.tables import ledger_error
+from reference_impl.replay import outlets as replay_outlets
 from reference_impl.shown import ovito as ovito_read
 from reference_impl.shown import vtk as vtk_read
 from reference_impl.shown import vtkhdf as vtkhdf_read
@@ -171,8 +172,8 @@ def test_killed_twice(tmp_path: Path, kind: str) -> None:
 
 @pytest.mark.engine
 def test_an_outlet_around_an_insertion_takes_what_has_entered(tmp_path: Path) -> None:
-    """Beads wait at rest inside the outlet; those whose step has not come are left alone, all others are taken out there."""
-    mouth = [{"name": "mouth", "low_mm": (None, None, 10)}]
+    """Beads wait and come through the outlet; those whose step has not come are left alone, all others are taken out below."""
+    mouth = [{"name": "above", "low_mm": (None, None, 27)}, {"name": "mouth", "high_mm": (None, None, 19)}]
     run = pywet.run(scene(outlets=mouth, duration_s=0.16), tmp_path)
     kinds, left = run._run.spheres.sort_values("id"), gone(tmp_path)
     enters = dict(zip(kinds["id"], run.scene.enters(kinds["type"].tolist()), strict=True))
@@ -248,6 +249,44 @@ def test_the_height_at_an_end_is_that_of_the_path_under_inclined_gravity(
     assert found.replay["quantities"]["retired_who"]["ok"]
 
 
+def test_the_reference_finds_crossings_of_a_moving_end() -> None:
+    """Of flights past a plane that swings by 3 mm: the height above the moving one at the crossing, or later above its highest
+    place; flights that crossed before the last two checks are left out."""
+    way = {"amplitude_m": [3e-3, 0.0, 4e-3], "phase_rad": [0.7, 0.0, -0.9], "frequency_Hz": 16.0}
+    g, open_, least, longest = np.array([2.0, 0.0, -9.0]), np.inf, -1e-3, 0.04
+    edges = [[0.0, -open_, -open_]], [[open_] * 3]
+    regions = replay_outlets.Regions(
+        *map(np.array, edges), np.array([least]), g, longest, np.zeros(0), pd.Series(dtype=float), 1e-5, [way]
+    )
+    random = np.random.default_rng(2)
+    zero = np.zeros(400)
+    x = np.stack([random.uniform(4e-3, 0.02, 400), zero, random.uniform(-0.02, 0.005, 400)], axis=1)
+    v = np.stack([random.uniform(0.6, 1.0, 400), zero, random.uniform(-0.6, 0.3, 400)], axis=1)
+    steps = 10_000 + 37 * np.arange(400)
+
+    def swung(axis: int, t: Any) -> Any:
+        a, p = way["amplitude_m"][axis], way["phase_rad"][axis]  # type: ignore[index]
+        return a * (np.sin(2.0 * np.pi * 16.0 * t + p) - np.sin(p))
+
+    found, number = regions.clearance(0, steps, x, v, 0.0), 0
+    for at, speed, now, mine in zip(x, v, 1e-5 * steps, found, strict=True):
+
+        def path(axis: int, b: Any) -> Any:
+            return at[axis] - b * speed[axis] + 0.5 * b**2 * g[axis]  # noqa: B023
+
+        b = np.linspace(0.0, longest, 40_001)
+        before = np.flatnonzero(path(0, b) < swung(0, now - b))
+        if not len(before) or before[0] == 0:
+            continue
+        last, number = b[before[0]], number + 1
+        later = b[: before[0]]
+        want = max(
+            path(2, last) - least - swung(2, now - last), (path(2, later) - least).max() - 4e-3 * (1.0 + np.sin(0.9))
+        )
+        assert mine == pytest.approx(want, abs=3e-6)
+    assert number > 200
+
+
 def other_outlet(table: pd.DataFrame) -> pd.DataFrame:
     return table.assign(outlet=3 - table["outlet"])
 
@@ -283,6 +322,12 @@ def test_injected_faults_are_found(run: pywet.Run, tmp_path: Path, name: str) ->
         ({"outlets": [{"name": "a", "high_mm": (0, None, None), "crossing_above_mm": 1}]},
          "config.inconsistent", "outlet a: a smallest x in low_mm with crossing_above_mm"),
         ({"outlets": [OUTLETS[0], OUTLETS[0]]}, "config.inconsistent", "outlets of different names"),
+        ({"outlets": [{"name": "a", "low_mm": (0, None, None), "moves_with": "slope"}]},
+         "config.inconsistent", "moves_with only with crossing_above_mm"),
+        ({"outlets": [{"name": "a", "low_mm": (0, None, None), "crossing_above_mm": 1, "moves_with": "slope"}]},
+         "config.inconsistent", "outlet a: moves_with to name a wall that vibrates .none., not slope"),
+        ({"outlets": [{"name": "mouth", "low_mm": (None, None, 10)}]},
+         "scene.in_outlet", "40 of 40 spheres start or enter in outlet mouth"),
         ({"results": {"checkpoints": 0}}, "config.inconsistent", "results.checkpoints of at least 1"),
         (
             {"outlets": [{"name": "thin", "low_mm": (None, None, -25), "high_mm": (None, None, -20)}]},

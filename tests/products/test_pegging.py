@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+import pyvista
 
 from pywet import config as settings
 from pywet.cases.custom import building
@@ -191,6 +192,50 @@ def test_a_sphere_in_the_mouth_of_a_thick_plate_pegs_it(tmp_path: Path, monkeypa
     assert apertures._caught(run, wall, place, np.zeros_like(place)).tolist() == [[True, False, True, False]]
     mine = screen_wall.of(reference, 1)
     assert mine is not None and screen_wall.faces(tmp_path, mine) == pytest.approx((-5e-3, 0.0), abs=1e-9)
+
+
+def _plate(folder: Path, name: str, tilt_deg: float = 0.0, rim_mm: float = 0.0) -> dict[str, Any]:
+    """Write a plate of 100 by 40 by 2 mm, inclined or with a rim at its end, and return it as the wall of a scene."""
+    parts = pyvista.Box((0, 100, -20, 20, -2, 0)).triangulate()
+    if rim_mm:
+        parts = parts + pyvista.Box((101, 103, -20, 20, -2, rim_mm)).triangulate()
+    parts.rotate_y(tilt_deg).extract_surface().triangulate().save(folder / f"{name}.stl")
+    return {"name": "screen", "stl": f"{name}.stl"}
+
+
+BARS = {"diameter_mm": 2, "pitch_mm": 7, "count": 5, "length_mm": 100, "axis": "x"}
+SCREENS = {
+    "plate": (lambda folder: _plate(folder, "plate"), True),
+    "nearly level": (lambda folder: _plate(folder, "nearly", 1.5), True),
+    "inclined": (lambda folder: _plate(folder, "inclined", 15.0), False),
+    "with a rim": (lambda folder: _plate(folder, "rim", 0.0, 30.0), False),
+    "block": (lambda _: {"name": "screen", "block": {"low_mm": (0, -20, -30), "high_mm": (100, 20, 0)}}, True),
+    "bars": (lambda _: {"name": "deck", "bars": BARS}, True),
+    "woven": (lambda _: {"name": "screen", "bars": {**BARS, "crimp_mm": 1.0}}, True),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SCREENS)
+def test_pegging_is_undefined_of_a_screen_that_is_not_level(tmp_path: Path, name: str) -> None:
+    """A plate of 100 mm rises by 2.6 mm at 1.5 deg and by 26 mm at 15 deg, that with a rim by 30 mm; it may by 2 mm of thickness
+    and a radius of 1.5 mm. A block of 30 mm is thick. The reference finds the same."""
+    wall_of, level = SCREENS[name]
+    one = {"name": "beads", "material": "glass", "diameter_mm": 3, "at_mm": [(50, 0, 60)]}
+    building.write(Scene(**beads(walls=[wall_of(tmp_path)], spheres=[one], folder=tmp_path)), tmp_path / "run")
+    run, scene = RunDir(tmp_path / "run"), io.scene(tmp_path / "run")
+    wall, mine = screen_of(run), screen_wall.of(scene, 1)
+    assert wall is not None and mine is not None
+    why = apertures.not_level(run, wall)
+    assert (why is None) == level == screen_wall.level(tmp_path / "run", scene, mine)
+    if level:
+        return
+    assert why is not None and "not horizontal" in why
+    series = pd.DataFrame({"time_s": [0.1 * k for k in range(9)], "screen_liquid_m3": 0.0})
+    flow = streams.Streams(pd.DataFrame(), True, 0.05, 0.85, True)
+    found = screening_report._of_screen(run, flow, series)
+    assert found["pegged_undefined"] == why and [found[key] for key in screening_report.PEGGED] == [None] * 4
+    asked = screen_series.on_screen(series, {"from_s": 0.05, "to_s": 0.85}, found["apertures"])
+    assert asked == {key: found[key] for key in asked} and {*screening_report.PEGGED} <= {*asked}
 
 
 def test_outputs_of_a_deck_are_frequent_enough_for_its_outlets() -> None:

@@ -16,6 +16,7 @@ from scipy import stats
 import pywet
 from pywet import scene_stages
 from pywet.cases.custom import building
+from pywet.cli import scene_check
 from pywet.engines import run_store, schedule
 from pywet.engines.liggghts import driver, process
 from pywet.products import screening_report, until
@@ -49,6 +50,16 @@ def known(asked: dict[str, Any] | None = None, **changes: Any) -> pywet.Scene:
         "results": {"interval_s": 0.02, "windows": 12},
     }  # fmt: skip
     return scene(**{**given, **changes})
+
+
+def test_a_check_is_of_the_longest_run() -> None:
+    """0.72 s, twelve blocks, in steps as in time; without `until` the steps are those of the run."""
+    whole, made = known(), building.Building(known())
+    assert made.scene().steps < round(0.72 / made.time_step)
+    first, time, *_ = scene_check.lines(whole)
+    assert f": 140 spheres, at most {round(0.72 / made.time_step)} steps of" in first and "predicted at most " in time
+    first, time, *_ = scene_check.lines(whole.with_(until=None))
+    assert f": 140 spheres, {round(0.72 / made.time_step)} steps of" in first and "at most" not in time
 
 
 OVERS = (2, 4, 3, 0, 1, 2)

@@ -52,7 +52,7 @@ from pywet.planning.time_steps import hertz_lines, refuse_nonlinear_drag
 from pywet.products import until
 from pywet.products.feed import LEFT_OUT, entry_names, shares_left_out
 from pywet.products.feed import sentence as feed_sentence
-from pywet.products.outlets import refuse_skipped, refuse_thin, with_reach
+from pywet.products.outlets import out_of_reach, refuse_begins, refuse_skipped, refuse_thin, with_reach
 from pywet.runs.rundir import placed
 from pywet.util.file_list import remove
 from pywet.util.files import write_json
@@ -228,7 +228,9 @@ class Building:
     def box(self) -> tuple[Floats, Floats]:
         """Return the corners of the simulated region: its extent and space for spheres that walls or outlets displace."""
         scene, cell = self.user_scene, 2.0 * max(c.radius_m for c in self.classes)
-        low, high = with_reach(self.outlets, *self.extent, self.speed, scene.gravity_m_per_s2, scene.results.interval_s)
+        low, high = with_reach(
+            self.outlets, *self.extent, self.speed, scene.gravity_m_per_s2, scene.results.interval_s, self._sway
+        )
         extent.refuse_vast(scene.name, low, high, cell)
         below, above = extent.thrown(self.wall_speed, scene.gravity_m_per_s2, scene.duration_s)
         if scene.periodic is not None:
@@ -239,10 +241,23 @@ class Building:
 
     @cached_property
     def outlets(self) -> tuple[typed.Outlet, ...]:
-        """Return the regions in which spheres are removed; refuse one that is too thin for the fastest sphere."""
+        """Regions in which spheres are removed; one too thin for the fastest sphere or with a first position in it is refused."""
         scene = self.user_scene
         refuse_thin(scene.name, scene.outlets, self.speed, scene.gravity_m_per_s2, scene.results.interval_s)
-        return tuple(outlet.region() for outlet in scene.outlets)
+        found = tuple(outlet.region({wall.name: wall.word for wall in scene.walls}) for outlet in scene.outlets)
+        refuse_begins(scene.name, found, self._released, self.origin_mm)
+        return found
+
+    @property
+    def _sway(self) -> list[float]:
+        """Return the largest displacements along x, y, z of walls with which outlets move [m]."""
+        with_them = {outlet.moves_with for outlet in self.user_scene.outlets}
+        found = [
+            [2.0 * a for a in motion.amplitude_m]
+            for wall, motion in zip(self.user_scene.walls, self.motions, strict=True)
+            if wall.name in with_them and isinstance(motion, typed.Vibration)
+        ]
+        return np.max([[0.0] * 3, *found], axis=0).tolist()
 
     @property
     def speed(self) -> float:
@@ -298,6 +313,8 @@ class Building:
                 found.append(
                     f"wall {wall.name} does not move: it would from {motion.opens_at_s:g} s on, and the run ends at {end:g} s"
                 )
+        corners = {w.name: s.vertices for w, s in zip(self.user_scene.walls, self.surfaces, strict=True)}
+        found += out_of_reach(self.outlets, corners, max(c.radius_m for c in self.classes))
         for wall, surface in zip(self.user_scene.walls, self.surfaces, strict=True):
             thick = thickness(surface.corners)
             for c, pair in [(c, p) for c in self.classes for p in self.pairs if (p.a, p.b) == (c.type, 0)]:

@@ -207,7 +207,7 @@ class Scene(Excusable):
             wrong.append(
                 "an amount of liquid: percent or film_um of liquid or spheres, moisture_percent of a feed (0: none)"
             )
-        wrong += self._wrong_stiffness() + self._wrong_until()
+        wrong += self._wrong_stiffness() + self._wrong_until() + self._wrong_outlets()
         if wrong:
             raise ValueError("; ".join(wrong))
         return self
@@ -223,6 +223,14 @@ class Scene(Excusable):
         return [
             f"no gravity_m_per_s2 with deck.inclination_deg {self.deck.inclination_deg:g}, which makes it ({x}, {y}, {z})"
         ]
+
+    def _wrong_outlets(self) -> list[str]:
+        """List outlets that move with a wall that does not vibrate; those of a deck are known once it is written out."""
+        shaken = [wall.name for wall in self.walls if wall.vibrates]
+        return [
+            f"outlet {o.name}: moves_with to name a wall that vibrates ({', '.join(shaken) or 'none'}), not {o.moves_with}"
+            for o in self.outlets if o.moves_with is not None and o.moves_with not in shaken and self.deck is None
+        ]  # fmt: skip
 
     def _wrong_contacts(self) -> list[str]:
         """List dry contacts that are given twice or not at all."""
@@ -308,7 +316,7 @@ class Scene(Excusable):
         changes: dict[str, Any] = {"spheres": (*self.spheres, *made), "feed": (), "deck": None}
         if deck := self.deck:
             changes["walls"] = (*(derived(Wall, wall, "deck") for wall in deck.walls()), *self.walls)
-            changes["outlets"] = (*(derived(Outlet, one, "deck") for one in deck.outlets()), *self.outlets)
+            changes["outlets"] = (*self.outlets, *(derived(Outlet, one, "deck") for one in deck.outlets()))
             if deck.periodic:
                 changes["periodic"] = derived(Periodic, deck.strip, "deck")
             if deck.inclination_deg or "gravity_m_per_s2" not in self.model_fields_set:

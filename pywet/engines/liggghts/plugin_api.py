@@ -25,7 +25,7 @@ from pywet.geometry.initial import wall_groups
 from pywet.laws import registry
 from pywet.laws.batch import Batch, batch
 from pywet.laws.kinds import FORCES, KINDS
-from pywet.scene import WALL_FILMS, EngineScene, WallMesh
+from pywet.scene import WALL_FILMS, EngineScene, Vibration, WallMesh
 from pywet.schema import SPHERE
 
 SLOTS = {
@@ -35,7 +35,8 @@ SLOTS = {
 }
 """Kind of law that is no force -> the plugin's slots, in the order of `Law.functions`."""
 
-
+AT_REST = Vibration(amplitude_m=(0.0, 0.0, 0.0), phase_rad=(0.0, 0.0, 0.0), frequency_Hz=1.0)
+"""Motion of an outlet that moves with no wall."""
 NEWCOMER = np.dtype([("id", "<i4"), ("type", "<i4"), ("radius", "<f8"), ("mass", "<f8"), ("x", "<f8", 3)])
 """Record of a sphere in a script's engine: number, atom type, radius [m], mass [kg], centre [m]."""
 
@@ -129,7 +130,13 @@ class Plugin:
             low, high = map(_doubles, outlet.ends)
             above = C.c_double(-math.inf if outlet.crossing_above_m is None else outlet.crossing_above_m)
             longest = C.c_double(SKIPPED * checkpoint_every(scene) * scene.time_step_s)
-            self._library.pywet_add_outlet(_pointer(low), _pointer(high), above, longest)
+            moves = scene.motions.get(outlet.moves_with or "")
+            sway = moves if isinstance(moves, Vibration) else AT_REST
+            amplitude, phase = _doubles(sway.amplitude_m), _doubles(sway.phase_rad)
+            self._library.pywet_add_outlet(
+                _pointer(low), _pointer(high), above, longest,
+                _pointer(amplitude), _pointer(phase), C.c_double(2.0 * math.pi * sway.frequency_Hz),
+            )  # fmt: skip
         if moist and liquid and (scene.effects.liquid_weight or scene.effects.shedding):
             masses = _doubles([c.mass_kg for c in scene.classes])
             density, every = C.c_double(liquid.density_kg_per_m3), C.c_int64(scene.drop_every)

@@ -225,7 +225,10 @@ def test_a_check_of_a_feed_fits_80_columns() -> None:
 
 def test_a_check_of_a_deck_has_its_acceleration_and_adhesion_number() -> None:
     """2 mm at 20 Hz and 45°, inclined by 15°: 22.33 m/s² over g cos 15°; 2πrσ cos 30°/(m g cos 15° (Γ - 1)) of the 4.059 mm."""
-    ratio, adhesion = scene_check.lines(example("deck"))[-2:]
+    where, ratio, adhesion = scene_check.lines(example("deck"))[-3:]
+    assert (
+        where == "positions are relative to the deck, gravity there is (2.54, 0, -9.48) m/s2"
+    )  # 9.81 of sin and cos of 15°
     acceleration = 0.002 * (40 * math.pi) ** 2 * math.sin(math.radians(45))
     normal = 9.81 * math.cos(math.radians(15))
     assert ratio == f"throw number {acceleration / normal:.3g}" == "throw number 2.36"

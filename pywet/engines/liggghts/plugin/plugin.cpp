@@ -263,11 +263,13 @@ EXPORT void pywet_set_retirement(double below, double slower) {
   rules.retire_slower = slower;
 }
 
-// Spheres whose centre is in this region are removed at checkpoints; least: see Outlet.
-EXPORT void pywet_add_outlet(const double *low, const double *high, double least, double longest) {
+// Spheres whose centre is in this region are removed at checkpoints; least: see Outlet; the wall moves with amplitude, phase, rate.
+EXPORT void pywet_add_outlet(const double *low, const double *high, double least, double longest, const double *amplitude,
+                             const double *phase, double rate) {
   pywet::Settings &rules = state->world.rules;
   rules.retires = true;
-  rules.outlets.push_back({pywet::Vec(low), pywet::Vec(high), least, longest});
+  const pywet::Sway wall = {pywet::Vec(amplitude), pywet::Vec(phase), rate};
+  rules.outlets.push_back({pywet::Vec(low), pywet::Vec(high), least, longest, wall});
 }
 
 // Density of the liquid, for its weight (then with the dry mass of a sphere of each type) and for drops.

@@ -18,7 +18,7 @@ std::vector<RetiredSphere> Retirement::chosen() const {
     if (!at.free(a) || world_.feed.waits(at, a, world_.clock.now)) continue;
     const double half = 0.5 * at.dt / at.mass[a];
     const Vec v = Vec(at.v[a]) + half * Vec(at.f[a]);
-    const int outlet = rules.outlet(Vec(at.x[a]), v);
+    const int outlet = rules.outlet(Vec(at.x[a]), v, at.dt * double(world_.clock.now));
     const bool lies = at.x[a][2] < rules.retire_below && dot(v, v) < rules.retire_slower * rules.retire_slower;
     if (!(rules.outlets.empty() ? lies : outlet > 0)) continue;
     RetiredSphere s = {};

@@ -8,22 +8,46 @@
 
 namespace pywet {
 
+// Vibration of a wall from where it is at the start, along x and z; at rest with amplitudes of 0.
+struct Sway {
+  Vec amplitude, phase;
+  double rate;                          // 2 pi times the frequency [rad/s]
+  double x(double time) const { return along(amplitude.x, phase.x, time); }
+  double z(double time) const { return along(amplitude.z, phase.z, time); }
+  double highest() const { return amplitude.z * (1 - std::sin(phase.z)); }
+
+ private:
+  double along(double a, double p, double time) const {
+    return a == 0 ? 0.0 : a * (std::sin(rate * std::max(0.0, time) + p) - std::sin(p));
+  }
+};
+
 // A region in which spheres leave the run: low <= centre < high, infinite where it is open. With a finite `least`, of spheres that
-// were as high since they crossed the plane of its low x, on the parabola through position and velocity, at most `longest` before.
+// were as high when they last crossed the plane of its low x, on the parabola through position and velocity, at most `longest`
+// before; plane and height move with a wall, though not the region. Or of spheres that then rise as high as they ever are.
 struct Outlet {
+  static const int SAMPLES = 400;       // of the path; the crossing is interpolated between two of them
   Vec low, high;
   double least, longest;
-  bool holds(const Vec &x, const Vec &v, const Vec &gravity) const {
+  Sway wall;
+  bool holds(const Vec &x, const Vec &v, const Vec &gravity, double now) const {
     return low.x <= x.x && x.x < high.x && low.y <= x.y && x.y < high.y && low.z <= x.z && x.z < high.z &&
-           (std::isinf(least) || highest(x, v, gravity) >= least);
+           (std::isinf(least) || clearance(x, v, gravity, now) >= 0);
   }
-  double highest(const Vec &x, const Vec &v, const Vec &g) const {
-    const double beyond = x.x - low.x;
-    const double mean = 0.5 * (v.x + std::sqrt(v.x * v.x - 2 * g.x * beyond));  // speed along x since the crossing; NaN: none
-    const double back = mean * longest > beyond ? beyond / mean : longest;
-    const auto height = [&](double before) { return x.z - before * v.z + 0.5 * before * before * g.z; };
-    const double apex = g.z < 0 ? std::clamp(v.z / g.z, 0.0, back) : 0.0;
-    return std::max({x.z, height(apex), height(back)});
+  // Height above `least` at the crossing, or later above its highest place; minus infinity for a centre before the plane.
+  double clearance(const Vec &x, const Vec &v, const Vec &g, double now) const {
+    double most = -HUGE_VAL, last_beyond = 0, last_above = -HUGE_VAL;
+    for (int k = 0; k <= SAMPLES; k++) {
+      const double before = longest * k / SAMPLES;
+      const double beyond = x.x - before * v.x + 0.5 * before * before * g.x - low.x - wall.x(now - before);
+      const double height = x.z - before * v.z + 0.5 * before * before * g.z - least, above = height - wall.z(now - before);
+      if (beyond < 0)
+        return k == 0 ? most : std::max(most, last_above + (above - last_above) * last_beyond / (last_beyond - beyond));
+      most = std::max(most, height - wall.highest());
+      last_beyond = beyond;
+      last_above = above;
+    }
+    return std::max(most, last_above);
   }
 };
 
@@ -43,10 +67,10 @@ struct Settings {
   double retire_slower = 0;             // speed below which a sphere is removed [m/s]
   std::vector<Outlet> outlets;          // in place of the bin: spheres inside one of them at a checkpoint are removed
 
-  // Number of the outlet, from 1, in which a sphere of this position and velocity leaves; 0: none.
-  int outlet(const Vec &x, const Vec &v) const {
+  // Number of the outlet, from 1, in which a sphere of this position and velocity leaves at a time [s]; 0: none.
+  int outlet(const Vec &x, const Vec &v, double now) const {
     for (size_t k = 0; k < outlets.size(); k++)
-      if (outlets[k].holds(x, v, gravity)) return int(k) + 1;
+      if (outlets[k].holds(x, v, gravity, now)) return int(k) + 1;
     return 0;
   }
 };
