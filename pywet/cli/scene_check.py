@@ -12,7 +12,7 @@ from pywet.scene import EngineScene
 from pywet.sweep.costs import of_scene
 
 NEAR = 0.8
-"""Diameter over aperture of the class whose adhesion number is printed: the near-mesh size of docs/screens.md."""
+"""Diameter over aperture of the class whose adhesion number is printed, for each deck: the near-mesh size of docs/screens.md."""
 
 
 def lines(scene: Scene, reasons: bool = False) -> list[str]:
@@ -36,13 +36,15 @@ def lines(scene: Scene, reasons: bool = False) -> list[str]:
 
 
 def _deck(scene: Scene, built: EngineScene) -> Iterator[str]:
-    """Yield the throw number of a deck, and for a moist feed its adhesion number."""
+    """Yield the throw number of a deck, and for a moist feed the adhesion number of each of its decks."""
     if (deck := scene.deck) is None:
         return
     yield f"throw number {deck.acceleration_ratio:.3g}"
     if built.liquid is None:
         return
-    near = min(built.classes, key=lambda c: abs(2e3 * c.radius_m - NEAR * deck.aperture_mm))
-    given = near.radius_m, near.density_kg_per_m3, near.contact_angle_rad, built.liquid.surface_tension_N_per_m
-    number = f"{deck.adhesion_number(*given):.2g} ({near.name})"
-    yield f"adhesion number {number}: above 1 it may block (pywet docs screens)"
+    for k, (level, _) in enumerate(deck.levels, start=1):
+        near = min(built.classes, key=lambda c, a=level.aperture_mm: abs(2e3 * c.radius_m - NEAR * a))
+        given = near.radius_m, near.density_kg_per_m3, near.contact_angle_rad, built.liquid.surface_tension_N_per_m
+        number, of = f"{deck.adhesion_number(*given):.2g}", f"deck {k}, " if deck.beneath else ""
+        page = "" if deck.beneath else " (pywet docs screens)"  # within 80 columns
+        yield f"adhesion number {number} ({of}{near.name}): above 1 it may block{page}"
