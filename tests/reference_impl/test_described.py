@@ -16,6 +16,7 @@ from pywet.cases.custom import building, feeding
 from pywet.cases.custom.description import Scene
 from pywet.cases.custom.walls import Bars, Wall
 from pywet.cases.small import bodies
+from pywet.planning import numbers
 from pywet.products import deck
 from pywet.products.deck import Deck, Stroke
 from pywet.products.feed import FeedAmount
@@ -273,6 +274,11 @@ def law(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(building, "plan_effects", wrong)
 
 
+def planned_film(patch: pytest.MonkeyPatch) -> None:
+    """The plan takes the thickest film for all sizes, of which each has its own."""
+    patch.setattr(numbers, "_of_class", lambda liquid, *more: liquid)
+
+
 def bars(patch: pytest.MonkeyPatch) -> None:
     """Bars with their diameter for their half width."""
     sound = Bars.parts
@@ -296,6 +302,7 @@ FAULTS: dict[str, tuple[Plant, str, str]] = {
     "unders leave too early": (outlet, "deck", "outlets.unders_1.high_m.z is -0.015, expected -0.03"),
     "sizes in the middle of their classes": (sizes, "deck", "classes is "),
     "moisture of the moist mass": (moisture, "deck", "first film of ore"),
+    "a film of the largest on the smallest size": (planned_film, "deck", "plan.bridges.number is 0.0457"),
     "another law": (law, "drum", "effects.rupture is lian, expected willett_unequal"),
     "bars twice as wide": (bars, "slotted_deck", "walls.deck.part_half_width_m is 0.002, expected 0.001"),
     "faces of an STL file up to another angle": (folds, "hopper", "walls.hopper.feature_angle_deg is "),

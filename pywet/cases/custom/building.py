@@ -155,7 +155,7 @@ class Building:
 
     @cached_property
     def liquid(self) -> typed.Liquid | None:
-        """The liquid, with the thickest film: what the neighbour list and the plan must allow for."""
+        """The liquid, with the thickest film: what the neighbour list must allow for."""
         liquid = self.user_scene.liquid
         if liquid is None or not any(self.thickness):
             return None
@@ -266,7 +266,7 @@ class Building:
         user_scene = self.user_scene
         around = Surroundings(
             gravity_m_per_s2=math.hypot(*user_scene.gravity_m_per_s2), duration_s=user_scene.duration_s,
-            slow_m_per_s=SLOWEST,
+            slow_m_per_s=SLOWEST, films_m=dict(enumerate(self.thickness, start=1)),
         )  # fmt: skip
         laws = placed_laws(user_scene.laws, user_scene.folder, user_scene.file is None)
         chosen = plan_effects(self.classes, self.pairs, self.liquid, self.speed, user_scene.effects, laws, around)
