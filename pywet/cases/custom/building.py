@@ -270,11 +270,12 @@ class Building:
         )  # fmt: skip
         laws = placed_laws(user_scene.laws, user_scene.folder, user_scene.file is None)
         chosen = plan_effects(self.classes, self.pairs, self.liquid, self.speed, user_scene.effects, laws, around)
+        lines = user_scene.from_materials
         if self.hertz is None:
-            return replace(chosen, amounts=self.amounts)
+            return replace(chosen, amounts=self.amounts, contact=lines)
         # friction of this model is a tangential spring
         effects = chosen.effects.model_copy(update={"tangential_history": True})
-        lines = hertz_lines(self.classes, self.pairs, self.hertz, self.time_step)
+        lines += hertz_lines(self.classes, self.pairs, self.hertz, self.time_step)
         return replace(chosen, amounts=self.amounts, effects=effects, contact=lines)
 
     @property
