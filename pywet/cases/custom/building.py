@@ -50,6 +50,7 @@ from pywet.planning.size_distribution import amounts as whole_amounts
 from pywet.planning.surroundings import Surroundings
 from pywet.planning.time_steps import hertz_lines, refuse_nonlinear_drag
 from pywet.products import until
+from pywet.products.deck import Deck
 from pywet.products.feed import LEFT_OUT, entry_names, shares_left_out
 from pywet.products.feed import sentence as feed_sentence
 from pywet.products.outlets import refuse_skipped, refuse_thin, with_reach
@@ -74,10 +75,13 @@ class Building:
     """The description, with all positions relative to the origin."""
     origin_mm: typed.Vector = (0.0, 0.0, 0.0)
     """Origin of the description, which is added to positions in messages."""
+    deck: Deck | None = None
+    """Deck of the description, of which `user_scene` has the walls and outlets."""
 
     def __post_init__(self) -> None:
         origin = origin_of(self.user_scene)
         object.__setattr__(self, "origin_mm", origin)
+        object.__setattr__(self, "deck", self.user_scene.deck)
         object.__setattr__(
             self, "user_scene", from_origin(self.user_scene.model_copy(update={"origin_mm": origin}).in_full())
         )
