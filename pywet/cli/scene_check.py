@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from pywet.cases.custom.building import Building, feeds
 from pywet.cases.custom.description import Scene
 from pywet.cost.command import duration
 from pywet.engines.schedule import early_end
-from pywet.scene import EngineScene
+from pywet.scene import EngineScene, SphereClass
 from pywet.sweep.costs import of_scene
 
 NEAR = 0.8
@@ -43,8 +43,13 @@ def _deck(scene: Scene, built: EngineScene) -> Iterator[str]:
     if built.liquid is None:
         return
     for k, (level, _) in enumerate(deck.levels, start=1):
-        near = min(built.classes, key=lambda c, a=level.aperture_mm: abs(2e3 * c.radius_m - NEAR * a))
+        near = _nearest(built.classes, 0.5e-3 * NEAR * level.aperture_mm)
         given = near.radius_m, near.density_kg_per_m3, near.contact_angle_rad, built.liquid.surface_tension_N_per_m
         number, of = f"{deck.adhesion_number(*given):.2g}", f"deck {k}, " if deck.beneath else ""
         page = "" if deck.beneath else " (pywet docs screens)"  # within 80 columns
         yield f"adhesion number {number} ({of}{near.name}): above 1 it may block{page}"
+
+
+def _nearest(classes: Sequence[SphereClass], radius_m: float) -> SphereClass:
+    """Return the class whose radius is nearest to this one."""
+    return min(classes, key=lambda c: abs(c.radius_m - radius_m))

@@ -217,7 +217,7 @@ def test_the_prediction_has_the_outputs_of_the_run(name: str, outputs: int) -> N
 
 
 @pytest.mark.parametrize("duration", [0.8, 2.5, 10.0])
-def test_a_fed_deck_is_predicted_by_the_spheres_on_it(duration: float) -> None:
+def test_a_continuous_deck_is_predicted_by_the_spheres_on_it(duration: float) -> None:
     """A deck of 160 mm at 2 mm and 20 Hz: for 2 · 160 mm/(0.251 m/s) = 1.27 s each, fed at a constant rate over the run.
 
     Of N spheres those of the last 1.27 s are there at the end: the mean is N t/T (1 - t/(2 T)), with 1.27 s for t, and N/2
@@ -225,14 +225,14 @@ def test_a_fed_deck_is_predicted_by_the_spheres_on_it(duration: float) -> None:
     """
     scene = pywet.read_scene(EXAMPLES / "scenes" / "deck.yaml")
     insertion = scene.feed[0].insertion.model_copy(update={"for_s": duration})
-    fed = scene.with_(duration_s=duration, feed=(scene.feed[0].model_copy(update={"insertion": insertion}),))
-    made = Building(fed)
+    inserted = scene.with_(duration_s=duration, feed=(scene.feed[0].model_copy(update={"insertion": insertion}),))
+    made = Building(inserted)
     number, share = sum(c.count for c in made.classes), min(0.16 / (20 * 2 * math.pi * 0.002) * 2 / duration, 1.0)
     held, entered = costs.present(made)
     assert entered == pytest.approx(number * share * (1.0 - 0.5 * share), rel=0.01)
     assert made.ahead_s is not None and entered < held < entered + 1.01 * number * made.ahead_s / duration
     resting = scene.deck.stroke.model_copy(update={"amplitude_mm": 0.5})
-    still = Building(fed.with_(deck=scene.deck.model_copy(update={"stroke": resting})))
+    still = Building(inserted.with_(deck=scene.deck.model_copy(update={"stroke": resting})))
     assert costs.present(still)[1] == pytest.approx(0.5 * number, rel=0.01)
     assert costs.of_scene(still).memory_B == costs.of_scene(made).memory_B
 

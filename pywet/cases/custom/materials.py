@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
@@ -100,7 +100,8 @@ class Contact(Excusable):
 
     def of(self, material: Material) -> Dry:
         """Return the contact in full; what is not given is that of a material."""
-        return Dry.model_construct(**self.taken(material), **_values(self))
+        values: dict[str, Any] = self.taken(material) | _values(self)
+        return Dry.model_construct(**values)
 
     def differing(self, *materials: Material) -> list[str]:
         """Return the keys that are not given and differ between the materials."""
