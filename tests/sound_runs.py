@@ -165,7 +165,7 @@ def _custom(draw: random.Random) -> dict[str, Any]:
             spheres = [last]
     scene: dict[str, Any] = {
         "name": "sound run", "duration_s": span, "materials": materials, "spheres": spheres, "seed": draw.randrange(2**32),
-        "contacts": [{"between": ["glass", "steel"]}], "walls": _walls(draw),
+        "contacts": [{"between": ["glass", "steel"], "friction": 0.4, "stiffness_N_per_m": 2000}], "walls": _walls(draw),
         "time_step": {"viscous_integration": draw.choice(["explicit", "semi_implicit"])},
         "results": {"windows": draw.choice([1, 2, 5]), "window_steps": draw.choice([5, 20])},
     }  # fmt: skip

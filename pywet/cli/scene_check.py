@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from pywet.cases.custom.building import Building, feeds
 from pywet.cases.custom.description import Scene
 from pywet.cost.command import duration
 from pywet.engines.schedule import early_end
-from pywet.scene import EngineScene
+from pywet.scene import EngineScene, SphereClass
 from pywet.sweep.costs import of_scene
 
 MOST_BLOCKS = 10**9
 """Blocks of the longest run of a scene with `until`, whatever their length."""
 NEAR = 0.8
-"""Diameter over aperture of the class whose adhesion number is printed: the near-mesh size of docs/screens.md."""
+"""Diameter over aperture of the class whose adhesion number is printed, for each deck: the near-mesh size of docs/screens.md."""
 
 
 def lines(scene: Scene, reasons: bool = False) -> list[str]:
@@ -39,7 +39,7 @@ def lines(scene: Scene, reasons: bool = False) -> list[str]:
 
 
 def _deck(scene: Scene, built: EngineScene) -> Iterator[str]:
-    """Yield the throw number of a deck, and for a moist feed its adhesion number."""
+    """Yield the throw number of a deck, and for a moist feed the adhesion number of each of its decks."""
     if (deck := scene.deck) is None:
         return
     if deck.inclination_deg:
@@ -48,7 +48,14 @@ def _deck(scene: Scene, built: EngineScene) -> Iterator[str]:
     yield f"throw number {deck.acceleration_ratio:.3g}"
     if built.liquid is None:
         return
-    near = min(built.classes, key=lambda c: abs(2e3 * c.radius_m - NEAR * deck.aperture_mm))
-    given = near.radius_m, near.density_kg_per_m3, near.contact_angle_rad, built.liquid.surface_tension_N_per_m
-    number = f"{deck.adhesion_number(*given):.2g} ({near.name})"
-    yield f"adhesion number {number}: above 1 it may block (pywet docs screens)"
+    for k, (level, _) in enumerate(deck.levels, start=1):
+        near = _nearest(built.classes, 0.5e-3 * NEAR * level.aperture_mm)
+        given = near.radius_m, near.density_kg_per_m3, near.contact_angle_rad, built.liquid.surface_tension_N_per_m
+        number, of = f"{deck.adhesion_number(*given):.2g}", f"deck {k}, " if deck.beneath else ""
+        page = "" if deck.beneath else " (pywet docs screens)"  # within 80 columns
+        yield f"adhesion number {number} ({of}{near.name}): above 1 it may block{page}"
+
+
+def _nearest(classes: Sequence[SphereClass], radius_m: float) -> SphereClass:
+    """Return the class whose radius is nearest to this one."""
+    return min(classes, key=lambda c: abs(c.radius_m - radius_m))

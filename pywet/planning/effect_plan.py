@@ -75,7 +75,7 @@ class EffectPlan:
     effects: Effects
     amounts: tuple[Amount, ...] = ()
     contact: tuple[str, ...] = ()
-    """Notes on a contact law whose stiffness depends on the impact speed."""
+    """Notes on dry contacts: values of materials, and a stiffness that depends on the impact speed."""
 
     @property
     def lines(self) -> list[str]:

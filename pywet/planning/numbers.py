@@ -136,7 +136,7 @@ def effect_numbers(
         max(_dripping(g, s) for g in of),
     )
     numbers["liquid_weight"] = (
-        "mass of film / mass of sphere, thickest film on the lightest sphere",
+        "mass of film / mass of sphere",
         max(g.liquid_mass / g.mass for g in of),
     )
     return numbers
@@ -159,7 +159,14 @@ def class_groups(
         for p in met
         if c.type in (p.a, p.b)
     }
-    return [groups(c, p, liquid, speed, s.gravity_m_per_s2) for c, p in different.values()]
+    return [groups(c, p, _of_class(liquid, c, s), speed, s.gravity_m_per_s2) for c, p in different.values()]
+
+
+def _of_class(liquid: Liquid | None, c: SphereClass, s: Surroundings) -> Liquid | None:
+    """Return the liquid with the film of a class."""
+    if liquid is None or c.type not in s.films_m:
+        return liquid
+    return liquid.model_copy(update={"initial_film_thickness_m": s.films_m[c.type]})
 
 
 def _dripping(g: Groups, s: Surroundings) -> float:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal
 
 from pywet.errors import PywetError
@@ -34,6 +35,8 @@ class Surroundings:
     """Whether the distribution of liquid is of interest; if not, a liquid with negligible forces need not be simulated."""
     slow_m_per_s: float = math.inf
     """Speed of slow phases; of each number, the larger of its values at this and at the given speed is used."""
+    films_m: Mapping[int, float] = field(default_factory=dict)
+    """Type of a class -> thickness of its films, where this is not that of the liquid."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.wall_share <= 1.0 or not 0.0 <= self.solid_fraction < 0.75 or self.duration_s <= 0:

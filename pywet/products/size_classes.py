@@ -86,7 +86,10 @@ class SizeDistribution(Excusable):
     within: Literal["logarithm", "size"] = "logarithm"
     """Quantity over which the mass is uniform within a class: the logarithm of the size, or the size."""
     smallest_mm: Positive | None = None
-    """Size below which material is omitted, which is reported; required for a distribution."""
+    """Size below which material is omitted, which is reported; required for a distribution.
+
+    The finest class of a file, if it begins at 0, can only be cut with `within: size`.
+    """
     largest_mm: Positive | None = None
     """Size above which material is omitted; by default that of the coarsest 1 % of an unbounded distribution."""
 
@@ -155,20 +158,20 @@ class SizeDistribution(Excusable):
         lower, upper, mass = sieve_analysis(folder / self.file)
         low, high = self.smallest_mm or 0.0, self.largest_mm or np.inf
         scale = np.log if self.within == "logarithm" else np.asarray
-        if self.within == "logarithm" and (lower <= 0).any() and low <= 0.0:
+        finest = float(upper[lower <= 0.0].max(initial=0.0))
+        if self.within == "logarithm" and low < finest:
             raise ConfigError(
-                f"psd: the finest class of {shown(self.file)} begins at 0 mm, which has no logarithm; expected a smallest_mm "
-                "below which it is left out, or within: size",
-                code="psd.from_zero", key="smallest_mm", file=self.file,
+                f"psd: the finest class of {shown(self.file)}, 0 to {finest:g} mm, has no lower end on a logarithmic scale; "
+                f"expected a smallest_mm of {finest:g} or more, a finer sieve in the file, or within: size",
+                code="psd.from_zero", key="smallest_mm", file=self.file, given=low, expected=finest,
             )  # fmt: skip
         edges, shares, outside = [], [], [0.0, 0.0]
         for a, b, m in zip(lower, upper, mass, strict=True):
-            if b <= a:  # what passes a size of 0
+            if b <= low:
                 outside[0] += m
                 continue
             c, d = min(max(a, low), b), max(min(b, high), a)
-            with np.errstate(divide="ignore"):
-                x = scale(np.array([max(a, min(low, b) * 1e-3) if a <= 0 else a, c, d, b]))
+            x = scale(np.array([a, c, d, b]))
             parts = np.diff(x) / (x[3] - x[0])
             outside[0] += m * parts[0]
             outside[1] += m * parts[2] if d < b else 0.0

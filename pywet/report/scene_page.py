@@ -39,6 +39,8 @@ ROUNDING = 1e-12
 """Share of the largest volume of the ledger below which a volume is shown as 0."""
 DEEP = 0.05
 """Overlap over the radius above which springs are reported to be soft."""
+OVERLAPS = {"largest_overlap": "the smaller radius", "largest_wall_overlap": "the radius at a wall"}
+"""Columns of the largest overlaps: of two spheres, of a sphere and a wall."""
 
 
 def of_run(folder: Path) -> Path:
@@ -195,28 +197,34 @@ def _reservoir_name(column: str, names: dict[str, str]) -> str:
 
 
 def deep(runs: seeds.Runs) -> str | None:
-    """Return the sentence on deep overlaps of spheres at the end of a run; None without deep overlaps."""
+    """Return the sentence on the deepest overlap of two spheres, or of a sphere and a wall; None without deep overlaps."""
     tables = [of.contact_statistics for of in runs if of.has("results/contact_statistics.parquet")]
-    most = max((float(t["largest_overlap"].max()) for t in tables), default=0.0)
+    most, column = max(((float(t[column].max()), column) for t in tables for column in OVERLAPS), default=(0.0, ""))
     if not most > DEEP:
         return None
-    key, now, power = _stiffness(runs[0])
+    key, where, now, power = _stiffness(runs[0], column == "largest_wall_overlap")
     times = (most / DEEP) ** power
     to = f"from {now:g} to about {float(f'{times * now:.2g}'):g}" if now else f"about {times:.2g} times"
     return (
-        f"deep overlaps: up to {100.0 * most:.2g} % of the smaller radius, soft above {100.0 * DEEP:g} %: "
-        f"raise {key} in materials {to}; the run takes {times**0.5:.2g} times as many steps"
+        f"deep overlaps: up to {100.0 * most:.2g} % of {OVERLAPS[column]}, soft above {100.0 * DEEP:g} %: "
+        f"raise {key} in {where} {to}; the run takes {times**0.5:.2g} times as many steps"
     )
 
 
-def _stiffness(run: Run) -> tuple[str, float | None, float]:
-    """Return the key of the stiffness of contacts, its value if all have one, and k: the overlap falls as 1/value^(1/k)."""
-    hertz = run.scene.hertz
+def _stiffness(run: Run, at_walls: bool) -> tuple[str, str, float | None, float]:
+    """Return the key of the stiffness of contacts with walls or of two spheres, where it is given, its value if all have one.
+
+    The last number is k of an overlap that falls as 1/value^(1/k).
+    """
+    hertz, where = run.scene.hertz, "materials"
     if hertz:
         values, key, power = {e.youngs_modulus_Pa for e in (*hertz.spheres, hertz.walls)}, "youngs_modulus_Pa", 2.5
     else:
-        values, key, power = {p.normal_stiffness_N_per_m for p in run.scene.pairs}, "stiffness_N_per_m", 2.0
-    return key, values.pop() if len(values) == 1 else None, power
+        pairs = (p for p in run.scene.pairs if (p.b == 0) == at_walls)
+        values, key, power = {p.normal_stiffness_N_per_m for p in pairs}, "stiffness_N_per_m", 2.0
+        if any(contact.get(key) for contact in RunDir(run.path).description.get("contacts") or ()):
+            where = "materials and contacts"
+    return key, where, values.pop() if len(values) == 1 else None, power
 
 
 def _contacts(runs: seeds.Runs) -> list[page.Section]:

@@ -155,8 +155,17 @@ def _dry(written: Mapping[str, Any], a: str, b: str) -> tuple[Mapping[str, Any],
     for other in others:
         for contact in written["contacts"]:
             if set(contact["between"]) == {a, other} and len(set(contact["between"])) == len({a, other}):
-                return contact, f"contacts between {a} and {other}"
+                return _complete(contact, written["materials"][a]), f"contacts between {a} and {other}"
     return written["materials"][a], f"materials.{a}"
+
+
+def _complete(contact: Mapping[str, Any], material: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a contact in which the keys that are null have the values of its materials, which agree."""
+    found = {key: material.get(key) if value is None else value for key, value in contact.items()}
+    rolling = ("rolling_friction", "rolling_friction_m")
+    if any(contact[key] is not None for key in rolling):
+        found |= {key: contact[key] for key in rolling}
+    return found
 
 
 def _pairs(written: Mapping[str, Any]) -> Expected:

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from reference_impl.diagnosis.held import MISSING, Held
 from reference_impl.faults import reading
+from reference_impl.scene import described, expanded
 
 FILE = "plan.json"
 SOURCE = "scene.json by the formulas of docs/effects.md"
@@ -42,7 +43,9 @@ def compared(run: Path, scene: Mapping[str, Any], case: bool) -> Iterator[Held]:
     speed = peak_speed(scene["vibration"]) if case else _speed(rows, scene["liquid"])
     if speed is None or g == 0.0:
         return
-    expected = numbers(scene, {speed} if case else {speed, min(speed, SLOW)}, g)
+    written = None if case else described.of_run(run)
+    films = described.films(expanded.in_full(written, scene), scene) if written else None
+    expected = numbers(scene, {speed} if case else {speed, min(speed, SLOW)}, g, films)
     for effect, number in expected.items():
         given = rows.get(effect, {}).get("number", MISSING)
         yield Held(f"plan.{effect}.number", given, number, SOURCE, scale=max(abs(number), 1e-12))
@@ -61,12 +64,23 @@ def _speed(rows: Mapping[str, Any], liquid: Mapping[str, Any] | None) -> float |
     return float(number) ** 2 * float(liquid["surface_tension_N_per_m"]) / float(liquid["viscosity_Pa_s"])
 
 
-def numbers(scene: Mapping[str, Any], speeds: set[float], g: float) -> dict[str, float]:
-    """Return effect -> its number in a moving bed with walls, the largest over speeds and contacts of spheres that exist."""
-    classes, liquid = [c for c in scene["classes"] if c["count"]], scene["liquid"] or {}
+def numbers(
+    scene: Mapping[str, Any], speeds: set[float], g: float, films: Sequence[float] | None = None
+) -> dict[str, float]:
+    """Return effect -> its number in a moving bed with walls, the largest over speeds and contacts of spheres that exist.
+
+    `films`: of each class [m]; by default all have that of the liquid.
+    """
+    liquid = scene["liquid"] or {}
+    common = liquid.get("initial_film_thickness_m", 0.0)
+    thick = {c["type"]: h for c, h in zip(scene["classes"], films or [common] * len(scene["classes"]), strict=True)}
+    classes = [c for c in scene["classes"] if c["count"]]
     exist = {0, *(c["type"] for c in classes)}
     met = [(p, kinds) for p in scene["pairs"] if (kinds := {p["a"], p["b"]}) <= exist]
-    each = [_of_class(c, p, liquid, v, g) for v in speeds for c in classes for p, kinds in met if c["type"] in kinds]
+    each = [
+        _of_class(c, p, liquid, thick[c["type"]], v, g)
+        for v in speeds for c in classes for p, kinds in met if c["type"] in kinds
+    ]  # fmt: skip
     found = {effect: max(of[effect] for of in each) for effect in each[0]}
     radii = [c["radius_m"] for c in classes]
     wet = found["bridges"] > 0.0
@@ -80,12 +94,11 @@ def numbers(scene: Mapping[str, Any], speeds: set[float], g: float) -> dict[str,
 
 
 def _of_class(
-    c: Mapping[str, Any], pair: Mapping[str, Any], liquid: Mapping[str, Any], v: float, g: float
+    c: Mapping[str, Any], pair: Mapping[str, Any], liquid: Mapping[str, Any], film: float, v: float, g: float
 ) -> dict[str, float]:
     """Compute the numbers of effects that follow from Bond, Stokes and capillary numbers of two equal spheres in a contact."""
     r, mu, arm = c["radius_m"], pair["friction"], pair["rolling_friction_m"] / c["radius_m"]
     mass = 4.0 / 3.0 * math.pi * r**3 * c["density_kg_per_m3"]
-    film = liquid.get("initial_film_thickness_m", 0.0)
     sigma, eta, rho = (liquid.get(k, 0.0) if film else 0.0 for k in ("surface_tension_N_per_m", "viscosity_Pa_s",
                                                                       "density_kg_per_m3"))  # fmt: skip
     # a difference of cubes would be inaccurate for thin films

@@ -180,8 +180,32 @@ def test_deep_overlaps_are_reported_at_the_end(tmp_path: Path) -> None:
     scene = EngineScene.read(folder / "scene.json")
     pairs = tuple(p.model_copy(update={"normal_stiffness_N_per_m": 1000.0}) for p in scene.pairs)
     write_json(folder / "scene.json", scene.model_copy(update={"pairs": pairs}).model_dump(mode="json"))
-    for deepest, lines in ((0.04, []), (0.13, ["deep overlaps: up to 13 % of the smaller radius, soft above 5 %: raise "
-        "stiffness_N_per_m in materials from 1000 to about 6800; the run takes 2.6 times as many steps"])):  # fmt: skip
-        columns = dict.fromkeys(("step", "time_s", *results.STATISTICS), 0)
-        write_table(pd.DataFrame([columns, {**columns, "largest_overlap": deepest}]), table)
-        assert [line for line in ending.lines([RunDir(folder)], None) if line.startswith("deep")] == lines
+    into_walls = {"contacts": [{"between": ["ore", "walls"], "stiffness_N_per_m": 1000.0}]}
+    for column, of, where, description in (
+        ("largest_overlap", "the smaller radius", "materials", {}),
+        ("largest_wall_overlap", "the radius at a wall", "materials", {"contacts": [{"stiffness_N_per_m": None}]}),
+        ("largest_wall_overlap", "the radius at a wall", "materials and contacts", into_walls),
+    ):
+        write_json(folder / "description.json", description)
+        sentence = (
+            f"deep overlaps: up to 13 % of {of}, soft above 5 %: raise stiffness_N_per_m in {where} from 1000 to about "
+            "6800; the run takes 2.6 times as many steps"
+        )
+        for deepest, lines in ((0.04, []), (0.13, [sentence])):
+            columns = {**dict.fromkeys(("step", "time_s", *results.STATISTICS), 0), "largest_overlap": 0.03}
+            write_table(pd.DataFrame([columns, {**columns, column: deepest}]), table)
+            assert [line for line in ending.lines([RunDir(folder)], None) if line.startswith("deep")] == lines
+
+
+def test_springs_are_those_of_the_deepest_overlap(tmp_path: Path) -> None:
+    """Walls that are softer than the spheres: their stiffness is named if the walls' overlap is the larger one."""
+    folder = finished(tmp_path / "run")
+    scene = EngineScene.read(folder / "scene.json")
+    pairs = tuple(p.model_copy(update={"normal_stiffness_N_per_m": 4000.0 if p.b else 1000.0}) for p in scene.pairs)
+    write_json(folder / "scene.json", scene.model_copy(update={"pairs": pairs}).model_dump(mode="json"))
+    for spheres, walls, words in ((0.1, 0.08, "from 4000 to about 16000"), (0.1, 0.2, "from 1000 to about 16000")):
+        columns = {**dict.fromkeys(("step", "time_s", *results.STATISTICS), 0), "largest_overlap": spheres}
+        table = pd.DataFrame([{**columns, "largest_wall_overlap": walls}])
+        write_table(table, folder / "results" / "contact_statistics.parquet")
+        (line,) = ending._deep([RunDir(folder)])
+        assert words in line

@@ -113,6 +113,18 @@ def test_every_contact_of_a_class_counts(effect: str) -> None:
             assert found == number([*pairs] if absent in (pair.a, pair.b) else odd)
 
 
+def test_each_class_has_the_thickness_of_its_films() -> None:
+    """Two spheres with 2 % of their radii, one ten times as large: with one film for both the small one would have 20 %."""
+    small = SPHERE.model_copy(update={"type": 2, "radius_m": 0.1 * SPHERE.radius_m})
+    pairs = bodies.contacts(2, 1e5, friction=0.35, rolling_m=5e-5)
+    films = {1: 0.02 * SPHERE.radius_m, 2: 0.02 * small.radius_m}
+    each, one = (effect_numbers((SPHERE, small), pairs, water(), SPEED, Surroundings(films_m=f)) for f in (films, {}))
+    for effect, ratio in (("bridges", 0.02), ("liquid_weight", (1.02**3 - 1) * 998.2 / 1358)):
+        assert each[effect][1] == pytest.approx(ratio, rel=1e-9) and one[effect][1] > 9 * ratio
+    dry = effect_numbers((SPHERE, small), pairs, water(), SPEED, Surroundings(films_m={**films, 1: 0.0}))
+    assert dry["bridges"][1] == pytest.approx(0.02, rel=1e-9)
+
+
 def test_of_two_speeds_the_one_with_the_larger_number_counts() -> None:
     """The speed lost in a film falls with the speed; drag over friction and the stretch of a bridge rise."""
     both, fast, slow = (

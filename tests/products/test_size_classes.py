@@ -61,13 +61,18 @@ def test_cut_off_mass_is_reported(tmp_path: Path) -> None:
     assert sizes.share == pytest.approx([0.2, 0.8]) and sizes.diameter_mm[0] == pytest.approx(2**0.75)
 
 
-def test_a_class_from_zero_is_cut_above_a_thousandth_of_the_limit(tmp_path: Path) -> None:
-    """Of a class 0 to 2 mm cut at 1 mm, ln 2 of ln 2000 of the mass is above: a logarithm needs a beginning."""
-    (tmp_path / "sieve.csv").write_text("0,2,50\n2,4,50\n")
-    sizes = SizeDistribution(file=Path("sieve.csv"), smallest_mm=1).sizes(tmp_path)
-    above = 0.5 * math.log(2.0) / math.log(2000.0)
-    assert sizes.share == pytest.approx(np.array([above, 0.5]) / (above + 0.5))
-    assert sizes.below == pytest.approx(0.5 - above)
+@pytest.mark.parametrize("text", ["4;20\n8;60\n16;100\n", "0;4;20\n4;8;40\n8;16;40\n"], ids=["passing", "classes"])
+def test_the_finest_class_of_a_file_is_cut_by_size_only(tmp_path: Path, text: str) -> None:
+    """From 0 on there is no logarithm; by size half of 20 % is above 2 mm, and a limit at its sieve leaves out all of it."""
+    (tmp_path / "sieve.csv").write_text(text)
+    for low in (None, 2.0, 3.999):
+        with raises_code("psd.from_zero", given=low or 0.0, expected=4.0):
+            SizeDistribution(file=Path("sieve.csv"), smallest_mm=low).sizes(tmp_path)
+    whole = SizeDistribution(file=Path("sieve.csv"), smallest_mm=4).sizes(tmp_path)
+    assert whole.below == pytest.approx(0.2) and whole.share == pytest.approx([0.5, 0.5])
+    cut = SizeDistribution(file=Path("sieve.csv"), smallest_mm=2, within="size").sizes(tmp_path)
+    assert cut.below == pytest.approx(0.1) and cut.share == pytest.approx(np.array([1, 4, 4]) / 9)
+    assert cut.diameter_mm == pytest.approx([3, 6, 12])
 
 
 def test_what_passes_a_size_of_zero_is_left_out_as_finer(tmp_path: Path) -> None:

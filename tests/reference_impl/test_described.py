@@ -14,8 +14,10 @@ import yaml
 
 from pywet.cases.custom import building, feeding
 from pywet.cases.custom.description import Scene
+from pywet.cases.custom.materials import Contact
 from pywet.cases.custom.walls import Bars, Wall
 from pywet.cases.small import bodies
+from pywet.planning import numbers
 from pywet.products import deck
 from pywet.products.deck import Deck, Stroke
 from pywet.products.feed import FeedAmount
@@ -106,7 +108,7 @@ def test_no_false_alarm_with_an_origin_and_materials_of_walls(tmp_path: Path) ->
         "name": "plant", "duration_s": 0.1, "origin_mm": [1000.0, 2000.0, 30.0], "wall_material": "steel",
         "materials": {"glass": {"density_kg_per_m3": 2500, "rolling_friction": 0.02},
                       "steel": {"density_kg_per_m3": 7800, "contact_angle_deg": 40}},
-        "contacts": [{"between": ["glass", "steel"], "friction": 0.2}],
+        "contacts": [{"between": ["glass", "steel"], "friction": 0.2, "rolling_friction": 0.01}],
         "liquid": {"percent": 1.0},
         "spheres": [
             {"name": "a", "material": "glass", "diameter_mm": 3, "at_mm": [[1001, 2000, 40], [1006, 2000, 40]]},
@@ -179,6 +181,36 @@ def test_moduli_of_the_spheres_for_the_walls_are_named(monkeypatch: pytest.Monke
 
 
 Plant = Callable[[pytest.MonkeyPatch], None]
+
+
+PARTLY: dict[str, dict[str, Any]] = {
+    "nothing given": {},
+    "friction": {"friction": 0.2},
+    "rolling friction as a length": {"rolling_friction_m": 1e-4},
+    "rolling friction without unit": {"rolling_friction": 0.3},
+}
+
+
+def partly(folder: Path, given: dict[str, Any], walls: str = "steel") -> Path:
+    """Steel walls, of whose contact with glass some keys are given; both materials have the others."""
+    common = {"stiffness_N_per_m": 9000, "friction": 0.6, "restitution": 0.55, "rolling_friction": 0.05}
+    materials = {name: {"density_kg_per_m3": 2500, **common} for name in ("glass", "steel")}
+    contacts = [{"between": [walls, "glass"], **given}]
+    building.write(Scene(**beads(materials=materials, wall_material="steel"), contacts=contacts), folder)
+    return folder
+
+
+@pytest.mark.parametrize("given", PARTLY)
+@pytest.mark.parametrize("walls", ["steel", "walls"])
+def test_contacts_have_the_values_of_their_materials(tmp_path: Path, given: str, walls: str) -> None:
+    assert check.check(partly(tmp_path, PARTLY[given], walls)).findings == []
+
+
+def test_a_contact_with_the_values_of_no_material_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(Contact, "taken", lambda self, material: {})
+    found = [f["sentence"] for f in check.check(partly(tmp_path, {"friction": 0.2})).findings]
+    for words in ("normal_stiffness_N_per_m is 2000, expected 9000", "restitution is 0.8, expected 0.55"):
+        assert any(f"pairs.1-0.{words}" in sentence for sentence in found), found
 
 
 def contact(patch: pytest.MonkeyPatch) -> None:
@@ -273,6 +305,11 @@ def law(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(building, "plan_effects", wrong)
 
 
+def planned_film(patch: pytest.MonkeyPatch) -> None:
+    """The plan takes the thickest film for all sizes, of which each has its own."""
+    patch.setattr(numbers, "_of_class", lambda liquid, *more: liquid)
+
+
 def bars(patch: pytest.MonkeyPatch) -> None:
     """Bars with their diameter for their half width."""
     sound = Bars.parts
@@ -296,6 +333,7 @@ FAULTS: dict[str, tuple[Plant, str, str]] = {
     "unders leave too early": (outlet, "deck", "outlets.unders_1.high_m.z is -0.015, expected -0.03"),
     "sizes in the middle of their classes": (sizes, "deck", "classes is "),
     "moisture of the moist mass": (moisture, "deck", "first film of ore"),
+    "a film of the largest on the smallest size": (planned_film, "deck", "plan.bridges.number is 0.0457"),
     "another law": (law, "drum", "effects.rupture is lian, expected willett_unequal"),
     "bars twice as wide": (bars, "slotted_deck", "walls.deck.part_half_width_m is 0.002, expected 0.001"),
     "faces of an STL file up to another angle": (folds, "hopper", "walls.hopper.feature_angle_deg is "),

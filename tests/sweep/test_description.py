@@ -216,6 +216,44 @@ def test_the_prediction_has_the_outputs_of_the_run(name: str, outputs: int) -> N
     assert cost.memory_B == needs.REPLAY_B + needs.REPLAY_SPHERE_B * spheres
 
 
+@pytest.mark.parametrize("duration", [0.8, 2.5, 10.0])
+def test_a_continuous_deck_is_predicted_by_the_spheres_on_it(duration: float) -> None:
+    """A deck of 160 mm at 2 mm and 20 Hz: for 2 · 160 mm/(0.251 m/s) = 1.27 s each, fed at a constant rate over the run.
+
+    Of N spheres those of the last 1.27 s are there at the end: the mean is N t/T (1 - t/(2 T)), with 1.27 s for t, and N/2
+    if all stay. Shortly before they enter they exist as well.
+    """
+    scene = pywet.read_scene(EXAMPLES / "scenes" / "deck.yaml")
+    insertion = scene.feed[0].insertion.model_copy(update={"for_s": duration})
+    inserted = scene.with_(duration_s=duration, feed=(scene.feed[0].model_copy(update={"insertion": insertion}),))
+    made = Building(inserted)
+    number, share = sum(c.count for c in made.classes), min(0.16 / (20 * 2 * math.pi * 0.002) * 2 / duration, 1.0)
+    held, entered = costs.present(made)
+    assert entered == pytest.approx(number * share * (1.0 - 0.5 * share), rel=0.01)
+    assert made.ahead_s is not None and entered < held < entered + 1.01 * number * made.ahead_s / duration
+    resting = scene.deck.stroke.model_copy(update={"amplitude_mm": 0.5})
+    still = Building(inserted.with_(deck=scene.deck.model_copy(update={"stroke": resting})))
+    assert costs.present(still)[1] == pytest.approx(0.5 * number, rel=0.01)
+    assert costs.of_scene(still).memory_B == costs.of_scene(made).memory_B
+
+
+def test_without_outlets_inserted_spheres_exist_from_the_start() -> None:
+    """They are moved while they wait, but touch nothing: half of them on average, and those that lie there from the start."""
+    box = {"low_mm": (0, 0, 0), "high_mm": (20, 20, 20)}
+    entry = {"material": "glass", "diameter_mm": 3, "box": box, "count": 10}
+    later = {
+        **entry,
+        "name": "b",
+        "box": {"low_mm": (0, 0, 30), "high_mm": (20, 20, 40)},
+        "velocity_m_per_s": (0, 0, -1),
+    }
+    scene = pywet.Scene(
+        name="a", duration_s=0.2, materials={"glass": pywet.Material(density_kg_per_m3=2500)},
+        spheres=[{**entry, "name": "a"}, {**later, "insertion": {"for_s": 0.2}}],
+    )  # fmt: skip
+    assert costs.present(Building(scene)) == pytest.approx((20.0, 15.0))
+
+
 def test_results_of_a_deck_have_names() -> None:
     """Walls of a deck and sizes of a feed are gathered by name as those that the scene lists itself."""
     names = run_numbers.of_scene(pywet.read_scene(EXAMPLES / "scenes" / "deck.yaml"))

@@ -50,6 +50,7 @@ from pywet.planning.size_distribution import amounts as whole_amounts
 from pywet.planning.surroundings import Surroundings
 from pywet.planning.time_steps import hertz_lines, refuse_nonlinear_drag
 from pywet.products import until
+from pywet.products.deck import Deck
 from pywet.products.feed import LEFT_OUT, entry_names, shares_left_out
 from pywet.products.feed import sentence as feed_sentence
 from pywet.products.outlets import out_of_reach, refuse_begins, refuse_skipped, refuse_thin, with_reach
@@ -74,10 +75,13 @@ class Building:
     """The description, with all positions relative to the origin."""
     origin_mm: typed.Vector = (0.0, 0.0, 0.0)
     """Origin of the description, which is added to positions in messages."""
+    deck: Deck | None = None
+    """Deck of the description, of which `user_scene` has the walls and outlets."""
 
     def __post_init__(self) -> None:
         origin = origin_of(self.user_scene)
         object.__setattr__(self, "origin_mm", origin)
+        object.__setattr__(self, "deck", self.user_scene.deck)
         object.__setattr__(
             self, "user_scene", from_origin(self.user_scene.model_copy(update={"origin_mm": origin}).in_full())
         )
@@ -155,7 +159,7 @@ class Building:
 
     @cached_property
     def liquid(self) -> typed.Liquid | None:
-        """The liquid, with the thickest film: what the neighbour list and the plan must allow for."""
+        """The liquid, with the thickest film: what the neighbour list must allow for."""
         liquid = self.user_scene.liquid
         if liquid is None or not any(self.thickness):
             return None
@@ -281,15 +285,16 @@ class Building:
         user_scene = self.user_scene
         around = Surroundings(
             gravity_m_per_s2=math.hypot(*user_scene.gravity_m_per_s2), duration_s=user_scene.duration_s,
-            slow_m_per_s=SLOWEST,
+            slow_m_per_s=SLOWEST, films_m=dict(enumerate(self.thickness, start=1)),
         )  # fmt: skip
         laws = placed_laws(user_scene.laws, user_scene.folder, user_scene.file is None)
         chosen = plan_effects(self.classes, self.pairs, self.liquid, self.speed, user_scene.effects, laws, around)
+        lines = user_scene.from_materials
         if self.hertz is None:
-            return replace(chosen, amounts=self.amounts)
+            return replace(chosen, amounts=self.amounts, contact=lines)
         # friction of this model is a tangential spring
         effects = chosen.effects.model_copy(update={"tangential_history": True})
-        lines = hertz_lines(self.classes, self.pairs, self.hertz, self.time_step)
+        lines += hertz_lines(self.classes, self.pairs, self.hertz, self.time_step)
         return replace(chosen, amounts=self.amounts, effects=effects, contact=lines)
 
     @property

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from pywet.cases.custom.materials import Contact, Dry, Liquid, Material
+from pywet.cases.custom.materials import STIFFNESS, Contact, Dry, Liquid, Material
 from pywet.cases.custom.spheres import Feed, Spheres, derived
 from pywet.cases.custom.walls import Wall
 from pywet.config.entries import Excusable, doubled, only
@@ -100,7 +100,7 @@ class Scene(Excusable):
     contact: Literal["linear", "hertz"] = "linear"
     """Dry contact law: linear springs (`stiffness_N_per_m`), or Hertz–Mindlin (`youngs_modulus_Pa`, `poissons_ratio`)."""
     contacts: tuple[Contact, ...] = ()
-    """Dry contacts between two materials, or between one and `walls`."""
+    """Dry contacts between two materials, or between one and `walls`; keys that are not given are those of both materials."""
     wall_material: str | None = None
     """Material of all walls, a key of `materials`; required with the contact law `hertz` and spheres of several materials."""
     spheres: tuple[Spheres, ...] = ()
@@ -243,6 +243,11 @@ class Scene(Excusable):
         walls = {m for m in self.materials if m == self.wall_material}
         met = {(a, b): self.dry(a, b if b in used else WALLS) for a in used for b in used | walls if a != b}
         missing = sorted({(min(pair), max(pair)) for pair, dry in met.items() if dry is None})
+        for contact in self.contacts:
+            if keys := contact.differing(*self._materials_of(contact)):
+                found.append(
+                    f"{' and '.join(keys)} in contacts between {' and '.join(contact.between)}, whose own values differ"
+                )
         return found + [f"an entry in contacts with between: [{a}, {b}]" for a, b in missing]
 
     def _wrong_until(self) -> list[str]:
@@ -267,7 +272,7 @@ class Scene(Excusable):
 
     def _wrong_stiffness(self) -> list[str]:
         """List keys that belong to the other contact law, and keys that Hertz contacts require."""
-        of: list[tuple[str, Dry]] = [(f"materials.{name}", m) for name, m in self.materials.items()]
+        of: list[tuple[str, Dry | Contact]] = [(f"materials.{name}", m) for name, m in self.materials.items()]
         of += [(f"contacts between {' and '.join(c.between)}", c) for c in self.contacts]
         elastic = ("youngs_modulus_Pa", "poissons_ratio")
         if self.contact == "linear":
@@ -279,7 +284,7 @@ class Scene(Excusable):
         ]  # fmt: skip
         found += [
             f"a restitution above {LEAST_RESTITUTION:g} of {where} with contact: hertz, not {m.restitution:g}"
-            for where, m in of if m.restitution <= LEAST_RESTITUTION
+            for where, m in of if m.restitution is not None and m.restitution <= LEAST_RESTITUTION
         ]  # fmt: skip
         if self.effects.tangential_history is False:
             found.append("effects.tangential_history on or auto with contact: hertz, whose friction is a spring")
@@ -328,8 +333,23 @@ class Scene(Excusable):
         for other in (b, self.wall_material) if b == WALLS and self.wall_material else (b,):
             for contact in self.contacts:
                 if sorted(contact.between) == sorted((a, other)):
-                    return contact
+                    return contact.of(self._materials_of(contact)[0])
         return self.materials[a] if a == ((self.wall_material or a) if b == WALLS else b) else None
+
+    def _materials_of(self, contact: Contact) -> list[Material]:
+        """Return the materials of an entry of `contacts`; walls have one if `wall_material` is given."""
+        names = [self.wall_material if name == WALLS else name for name in contact.between]
+        return [self.materials[name] for name in names if name in self.materials]
+
+    @property
+    def from_materials(self) -> tuple[str, ...]:
+        """Describe the values that entries of `contacts` have from their materials, in one line each."""
+        found = []
+        for contact in self.contacts:
+            taken = contact.taken(self._materials_of(contact)[0])
+            values = [f"{key} {x:g}" for key, x in taken.items() if self.contact == "linear" or key != STIFFNESS]
+            found += [f"contact {'–'.join(contact.between)}, as in materials: {', '.join(values)}"] if values else []
+        return tuple(found)
 
 
 def _alike(what: str, names: list[str]) -> list[str]:

@@ -240,6 +240,15 @@ def test_a_check_of_a_deck_has_its_acceleration_and_adhesion_number() -> None:
     assert math.isinf(slow.adhesion_number(1e-3, 2650.0, 0.0, 0.07))
 
 
+def test_each_of_several_decks_has_the_adhesion_number_of_its_near_mesh_size() -> None:
+    """Apertures of 7 and 4 mm, sizes of 6.0 and 3.4 mm: the number goes with 1/d², a factor of 3 by the ratio of sizes √3."""
+    path = Path(pywet.__file__).parents[1] / "examples" / "decks" / "double_deck.yaml"
+    found = [line for line in scene_check.lines(pywet.read_scene(path)) if line.startswith("adhesion")]
+    numbers = [float(line.split()[2]) for line in found]
+    assert [line.split("(")[1].split(")")[0] for line in found] == ["deck 1, ore 5.961 mm", "deck 2, ore 3.442 mm"]
+    assert numbers[1] == pytest.approx(3.0 * numbers[0], rel=0.05) and all(len(line) <= 80 for line in found)
+
+
 def test_an_amount_of_liquid_that_no_sphere_has_is_named() -> None:
     """Where each entry of spheres has its own amount, that of `liquid` has no effect."""
     spheres = beads()["spheres"][0]

@@ -12,6 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 
 import pywet
 from pywet.cases.custom.building import Building
+from pywet.cases.custom.description import WALLS
 from pywet.cases.custom.materials import Percent
 from pywet.engines.liggghts.contact_model import property_matrices
 from pywet.errors import ConfigError
@@ -181,6 +182,54 @@ def test_two_materials_need_their_contact() -> None:
     )
     found = scene.dry("glass", "pom")
     assert found is not None and found.friction == 0.2
+
+
+GRAINS = {"density_kg_per_m3": 2650, "stiffness_N_per_m": 12000, "restitution": 0.6}
+STEEL = {"density_kg_per_m3": 7800, "stiffness_N_per_m": 12000, "restitution": 0.6}
+OF_BOTH = {"stiffness_N_per_m": 12000, "friction": 0.4, "restitution": 0.6, "rolling_friction_m": 2e-5}
+
+
+@pytest.mark.parametrize("wall", ["steel", "walls"])
+@pytest.mark.parametrize(
+    "given", [{}, {"friction": 0.3}, {"stiffness_N_per_m": 500, "restitution": 0.9}, {"rolling_friction_m": 1e-6}]
+)
+def test_a_contact_has_the_values_of_both_materials_where_it_has_none(given: dict[str, Any], wall: str) -> None:
+    """And the plan lists them; the walls' own material counts, whether it or `walls` is named."""
+    more = {"materials": {"glass": GRAINS, "steel": STEEL}, "wall_material": "steel"}
+    scene = pywet.Scene(**beads(**more, contacts=[{"between": ("glass", wall), **given}]))
+    dry = scene.dry("glass", WALLS)
+    assert dry is not None and {key: getattr(dry, key) for key in OF_BOTH} == OF_BOTH | given
+    line = f"contact glass–{wall}, as in materials: "
+    values = ", ".join(f"{key} {x:g}" for key, x in OF_BOTH.items() if key not in given)
+    assert [found for found in Building(scene).plan.table if found.startswith("contact")] == [line + values]
+
+
+@pytest.mark.parametrize(
+    ("steel", "given", "words"),
+    [
+        (
+            {"stiffness_N_per_m": 2000},
+            {"friction": 0.3},
+            "stiffness_N_per_m in contacts between glass and steel, whose own",
+        ),
+        ({"stiffness_N_per_m": 2000}, {"stiffness_N_per_m": 2000}, None),
+        ({"friction": 0.1, "restitution": 0.9}, {}, "friction and restitution in contacts"),
+        ({"rolling_friction": 0.1}, {}, "rolling_friction or rolling_friction_m in contacts"),
+        ({"rolling_friction": 0.1}, {"rolling_friction_m": 1e-6}, None),
+        ({"rolling_friction": 0.1}, {"rolling_friction_m": 1e-6, "rolling_friction": 0.1}, "at most one of rolling"),
+    ],
+)
+def test_a_contact_of_materials_that_differ_needs_its_value(
+    steel: dict[str, float], given: dict[str, float], words: str | None
+) -> None:
+    more = {"materials": {"glass": GRAINS, "steel": {**STEEL, **steel}}, "wall_material": "steel"}
+    more["contacts"] = [{"between": ("glass", "steel"), **given}]
+    if words is None:
+        scene = pywet.Scene(**beads(**more))
+        dry = scene.dry("glass", WALLS)
+        assert dry is not None and all(getattr(dry, key) == x for key, x in given.items())
+        return
+    assert words in refusal(**more)
 
 
 def test_a_wall_has_one_motion() -> None:
