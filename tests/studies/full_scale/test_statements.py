@@ -206,7 +206,7 @@ def test_the_beat_is_that_of_the_configured_motion(tmp_path: Path) -> None:
     assert materials.motion.frequency_Hz.value == stored_runs.FREQUENCY_HZ
     for case, aperture in ((1, 8.0), (7, 5.6)):
         screen = materials.screen(aperture)
-        assert PITCH_MM[case] == screen.aperture_mm.value + screen.wire_diameter_mm.value
+        assert PITCH_MM[case] == pytest.approx(screen.aperture_mm.value + screen.wire_diameter_mm.value)
     run = make(tmp_path, 1)
     write_json(run.folder / "run.json", {**run.about, "frequency_Hz": 50.1})
     assert stored_runs.StoredRun(run.folder).beat == pytest.approx(100, abs=1)
