@@ -53,7 +53,7 @@ report: $(if $(filter-out liggghts,$(ENGINE)),peers,essentials)  ## the report, 
 	@$(PYTHON) -m pywet.cli.workflow_lock
 	.venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config $(CHOSEN) -- report
 
-full: essentials  ## the 18 cases at full scale, days on two cores; goes on where it was stopped
+full: essentials  ## the page of the 18 cases at full scale, after hours of runs where their tables are not stored (all are)
 	$(PYTHON) -m studies.full_scale.campaign --cores $(CORES)
 	$(PYTHON) -m studies.full_scale.page
 

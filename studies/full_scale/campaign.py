@@ -1,4 +1,4 @@
-"""`make full`: the screening cases at full scale on the available cores; unfinished runs resume, stored ones are not repeated.
+"""`make full`: screening cases at full scale that are not stored, on the available cores; unfinished runs resume.
 
 Each case is `pywet run` in a separate process, so that a kill costs at most the time since its last checkpoint. The
 small tables of a finished case are stored at once.

@@ -32,9 +32,8 @@ def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
     if all(runs.get(n) for n in (7, 8, 16, 17)):
         y = [f"{mean(runs[n], lambda k: k.at(k.retained(), 20.0)):.2f}" for n in (7, 8, 16, 17)]
         written += [
-            f"  With 5.6 mm the screen retains after 20 s {y[0]} of the dry and {y[1]} of the moist feed (POM), {y[2]} of the "
-            f"dry and {y[3]} "
-            "of the moist feed (glass, of which more dry than moist spheres peg).",
+            f"  With 5.6 mm the screen retains after 20 s {y[0]} of the dry and {y[1]} of the moist feed (POM), {y[2]} and "
+            f"{y[3]} (glass).",
         ]
     of = [(name, runs[n]) for name, n in (("POM", 2), ("glass", 11)) if runs.get(n)]
     if of:

@@ -114,9 +114,20 @@ def carried(stored: StoredRun, kind: str) -> float:
     return float((stored.about.get("carried") or {}).get(kind, math.nan))
 
 
-def wedged(c: Cases, case: int, kind: str) -> float:
-    """Return the mean number of wedged spheres of a class from 10 to 20 s."""
-    return c[case].mean(c[case].count("wedged", kind), 10.0, 20.0)
+PITCH_MM = {1: 10.0, 7: 7.2}
+"""Case -> aperture and wire diameter of its screen together [mm] (table 2)."""
+ONE_SPHERE = 1.0
+"""Least number of pegged spheres that a ratio divides by, and by which fewer of them are fewer."""
+
+
+def pegged(c: Cases, case: int) -> float:
+    """Return the largest possible number of large spheres that peg apertures, mean from 10 to 20 s."""
+    return c[case].pegged(COARSE, 10.0, 20.0)
+
+
+def pegged_ratio(c: Cases, a: int, b: int) -> float:
+    """Return pegged large spheres per aperture of one case over those of another on a sieve of the same area."""
+    return pegged(c, a) / max(pegged(c, b), ONE_SPHERE) * (PITCH_MM[a] / PITCH_MM[b]) ** 2
 
 
 EARLY = 5.0

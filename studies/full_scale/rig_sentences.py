@@ -29,8 +29,7 @@ def of_diameters(rigs: Mapping[str, Runs]) -> str:
     return (
         "On a smaller sieve the bed is deeper and spheres pass more slowly. All undersize of case 1 (99 %) has passed on "
         f"{', on '.join(times)}; the paper states about 15 s. "
-        f"[Statement](full_scale.md#statements) 1 (this time) is confirmed by {first}, statement 2 (after 5 s passage is "
-        f"slower with an amplitude of 0.8 mm than with 1 mm) by {second}."
+        f"[Statement](full_scale.md#statements) 1 (this time) is confirmed by {first}, statement 2 (amplitude) by {second}."
     )
 
 
@@ -42,8 +41,8 @@ def of_presets(rigs: Mapping[str, Runs], presets: Sequence[str]) -> str:
         pom, glass = (100.0 * mean(rigs[rig][case], lambda run: run.at(run.undersize, 20.0)) for case in (7, 16))
         sentences.append(
             f"**{_mm(rig)} mm**: of {len(found)} statements {found.count(HOLDS)} are confirmed, {found.count(FAILS)} are not, "
-            f"{found.count(OPEN)} are inconclusive. With 5.6 mm {pom:.0f} % of the undersize of dry POM and {glass:.0f} % of "
-            "that of dry glass are left after 20 s."
+            f"{found.count(OPEN)} are inconclusive; {pom:.0f} % of the undersize of dry POM and {glass:.0f} % of "
+            "that of dry glass are left (5.6 mm, 20 s)."
         )
     return " ".join(sentences)
 

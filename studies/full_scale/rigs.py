@@ -2,7 +2,7 @@
 
 The text states neither the diameter of the sieve nor whether the amplitude is the whole stroke. A rig runs cases at
 the campaign's settings, with passed spheres removed, and writes the tables of a campaign with RIG as their variant;
-`page` compares the statements of the paper with them. The ranges are those of `statements`, fixed before these runs.
+`page` compares the statements of the paper with them. The ranges are those of `statements`.
 """
 
 from __future__ import annotations
@@ -35,26 +35,25 @@ SIGNS = {HOLDS: "✓", FAILS: "✗", OPEN: "?", MISSING: "–"}
 PAGE = Path("docs/rig.md")
 ANY, OTHER_RIGS, NONE = "{any reading}", "{other rigs}", "{none}"
 """Where the page says which statements its runs confirm, what other rigs change, and what refutes the other statements."""
-TIMES_S, WEDGED_S = (5.0, 10.0, 20.0), (7.0,)
+TIMES_S = (5.0, 10.0, 20.0)
 """Times after the opening of the slide [s]."""
 HEAD = """# The unknown diameter of the sieve, and other readings
 
 Elskamp & Kruggel-Emden (2018, "the paper") do not give the diameter of their sieve, and some passages can be interpreted in
 several [ways](readings.md). **No choice confirms all statements.** All cases were run on 200 mm (`sieve200`, the default) and on
-185 mm (`sieve185`; `sieve_diameter_mm` in `materials.yaml`): the columns of the [table](#statements).
+185 mm (`sieve185`; `sieve_diameter_mm` in `materials.yaml`).
 
 {any reading}
 
 {other rigs}
 
-Seeds: [rig_undersize.csv](full_scale/rig_undersize.csv). Settings: [full-scale runs](full_scale.md#method), passed
-spheres retired.
+Seeds: [rig_undersize.csv](full_scale/rig_undersize.csv). Settings: [full-scale runs](full_scale.md#method).
 
 ## Statements that no run confirms
 
 A setting refutes a statement if its mean is outside a range by more than the 95 % limit with the scatter of 200 mm. A statement
 is impossible if 150, 180, 185, 190 and 200 mm and each [other reading](readings.md), alone (`wall`: two), refute it. Shared dry
-runs count once. Both values are of the first range missed on 200 mm; elsewhere another may be.
+runs count once. Both values are of the first range missed on 200 mm.
 
 {none}
 
@@ -67,8 +66,7 @@ BETWEEN = """
 ## Statements
 
 The signs mean: ✓ confirmed, ✗ not confirmed, ? inconclusive, – not run. Ranges are those of the
-[full-scale page](full_scale.md#statements), fixed before these runs;
-values: [rig_statements.csv](full_scale/rig_statements.csv).
+[full-scale page](full_scale.md#statements); values: [rig_statements.csv](full_scale/rig_statements.csv).
 
 """
 PRESETS = (DEFAULT, "sieve185")
@@ -211,7 +209,7 @@ def any_reading(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> tuple[
     answer = (
         f"Of the paper's {len(decided)} statements on screening cases, the runs of the full-scale page confirm "
         f"{len(shipped)}; {len(gained)} "
-        f"others are confirmed only with another diameter or another interpretation of the paper: "
+        f"others are confirmed only with another diameter or interpretation of the paper: "
         f"{', '.join(gained)}. No run confirms {', '.join(map(str, none))}."
     )
     return answer, none
@@ -227,7 +225,7 @@ def with_dry(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> dict[str,
 def impossible(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]], numbers: Sequence[int]) -> list[str]:
     """Return a table in Markdown of statements that no run confirms: what refutes them, under which readings."""
     lines = [
-        "| statement | range | 200 mm | closest other run | impossible |",
+        "| statement | range | 200 mm | closest other run | impossible (settings run that refute it) |",
         "|---|---|---|---|---|",
     ]
     default = rigs[DEFAULT]
@@ -250,7 +248,7 @@ def impossible(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]], numbers: S
         means = {rig: sum(v) / len(v) for rig, v in others.items() if v}
         closest = min(means, key=lambda rig: max(part.low - means[rig], means[rig] - part.high), default="")
         open_with = [rig for rig, k in found.items() if k is None]
-        verdict = f"no, {sum(tried.values())} of {len(tried)} run refute it" if open_with else f"yes, all {len(found)}"
+        verdict = f"no ({sum(tried.values())} of {len(tried)})" if open_with else f"yes ({len(found)})"
         for k in sorted({k for k in found.values() if k is not None and statement.parts[k] is not part}):
             verdict += "" if open_with else f", {[*found.values()].count(k)} of them by {statement.parts[k].range}"
         here, there = shown(each(part, default)), f"{means[closest]:.4g} (`{closest}`)" if closest else ""
@@ -260,16 +258,15 @@ def impossible(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]], numbers: S
 
 
 def curves(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> Table:
-    """Return undersize on the screen in per cent of that in the feed and wedged large spheres, a row for each run."""
+    """Return undersize on the screen in per cent of that in the feed and most pegged large spheres, a row for each run."""
     rows = []
     for rig, runs in rigs.items():
         for case, seeds in sorted(runs.items()):
             for run in seeds:
                 left = [f"{100 * run.at(run.undersize, t):.1f}" for t in TIMES_S]
-                wedged = [f"{run.at(run.count('wedged', COARSE), t):.0f}" for t in WEDGED_S]
-                rows.append([rig, case, run.about["seed"], *left, *wedged])
+                rows.append([rig, case, run.about["seed"], *left, f"{run.pegged(COARSE, 10.0, 20.0):.1f}"])
     times = [f"undersize_percent_{t:g}_s" for t in TIMES_S]
-    return ["rig", "case", "seed", *times, *(f"wedged_{t:g}_s" for t in WEDGED_S)], rows
+    return ["rig", "case", "seed", *times, "pegged_10_to_20_s"], rows
 
 
 def draw(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]], path: Path) -> None:

@@ -76,7 +76,11 @@ def lines(found: Sequence[Row], third: Iterable[int] = ()) -> list[str]:
     compared = [row for row in found if row[5] != "–"]
     moved = [r for r in compared if r[6].startswith("yes")]
     of_case = {n: [r for r in moved if r[0] == n] for n in dict.fromkeys(r[0] for r in moved)}
-    changes = [f"{len(rows)} of case {n}, as {rows[0][1]}: {rows[0][5]}" for n, rows in of_case.items()]
+    first = [rows[0][1] for rows in of_case.values()]
+    changes = [
+        f"{len(rows)} of case {n}{f', as {name}' if name != before else ''}: {rows[0][5]}"
+        for (n, rows), name, before in zip(of_case.items(), first, ["", *first], strict=False)
+    ]
     every = "".join(f"; case {n} with bridges in every third step" for n in sorted(third))
     return [
         f"- **Paper's contact stiffness** (cases {', '.join(dict.fromkeys(r[0] for r in compared))}, one seed each{every}): "

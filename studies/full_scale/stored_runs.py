@@ -6,6 +6,7 @@ count from the opening of the slide, which is the paper's t = 0.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -35,6 +36,8 @@ DEFAULT, SEEDS = "sieve200", {10007, 10009, 10012}
 """Name of the default settings among RIGS, and the seeds with which each of their cases is run."""
 ALL = f"{DEFAULT}_all"
 """Name of the default settings without retirement: all spheres stay."""
+FREQUENCY_HZ = 50.6
+"""Frequency of the screen in runs that were stored without it (table 2)."""
 DRY_CASES = (1, 4, 10, 13, 7, 16)
 UNDERSIZE, COARSE = CLASS_NAMES[:2], CLASS_NAMES[2]
 WALLS = ("wires", "side_wall", "feed_bin", "outlet", "impact_plate")
@@ -129,8 +132,29 @@ class StoredRun:
         return self.liquid(*have)
 
     def count(self, what: str, kind: str) -> Floats:
-        """Return `above` (on the screen side), `wedged` or `film_m` (median film thickness of those above) of a size class."""
+        """Return `above` (on the screen side), `wedged` or `film_m` (median film thickness of those above) of a size class.
+
+        Spheres that turn around on the screen at an output are wedged, too; see `pegged`.
+        """
         return self.series("spheres", f"{what}_{kind}")
+
+    @property
+    def beat(self) -> int:
+        """Return the number of outputs in a row that meet all phases of the vibration."""
+        cycles = float(self.about.get("frequency_Hz", FREQUENCY_HZ)) * float(np.median(np.diff(self.times)))
+        return math.ceil(1.0 / max(abs(cycles - round(cycles)), 1.0 / len(self.times)))
+
+    def pegged(self, kind: str, start: float, stop: float) -> float:
+        """Return the mean, over all beats from `start` to `stop`, of the least number of wedged spheres of a size class.
+
+        A sphere that pegs an aperture is wedged at every output, others only at some phases of the vibration: so many peg at
+        most.
+        """
+        counts = self.count("wedged", kind)
+        self.at(counts, start), self.at(counts, stop)
+        found = counts[(self.times >= start - 1e-9) & (self.times <= stop + 1e-9)]
+        windows = np.lib.stride_tricks.sliding_window_view(found, min(self.beat, len(found)))
+        return float(windows.min(axis=1).mean())
 
 
 @dataclass(frozen=True)
@@ -230,6 +254,7 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> StoredRu
             **more,
             "seed": run.scene.seed,
             "time_step_s": run.scene.time_step_s,
+            "frequency_Hz": getattr(run.scene.motions[WALLS[0]], "frequency_Hz", 0.0),
             "normal_stiffness_N_per_m": max(p.normal_stiffness_N_per_m for p in run.scene.pairs),
             "coarse_share": coarse_share(run.scene),
             "checks": [c["name"] for c in summary["checks"] if c["ok"]],

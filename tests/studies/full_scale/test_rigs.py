@@ -12,15 +12,17 @@ from typing import Any
 
 import pytest
 import typer
+from typer.testing import CliRunner
 
 from pywet import config as settings
 from pywet.cases.screening import cases
 from pywet.errors import PywetError
-from studies.full_scale import rig_sentences, rigs
+from studies.full_scale import campaign, page, rig_sentences, rigs
 from studies.full_scale.judging import Part, Statement, above, below, decide, each, fingerprint, judge, refuted
 from studies.full_scale.quantities import through
-from studies.full_scale.statements import STATEMENTS
+from studies.full_scale.statements import EARLIER, STATEMENTS
 from studies.full_scale.stored_runs import mean, variants
+from tests.studies.full_scale.test_campaign import MACHINE
 
 ROOT = Path(__file__).parents[3]
 FOUND = variants(ROOT / rigs.DATA)
@@ -44,6 +46,27 @@ def test_a_rig_is_in_its_configuration(tmp_path: Path) -> None:
 def test_an_unknown_rig_is_refused(tmp_path: Path) -> None:
     with pytest.raises((PywetError, typer.Exit), match="no rig sieve10"):
         rigs.run(["sieve10"], out=tmp_path)
+
+
+def test_the_command_that_the_page_names_repeats_a_stored_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With another folder for tables case 2 has a run to do; without it that run is stored."""
+    found: list[tuple[int, int, bool]] = []
+
+    class Listed(campaign.Campaign):
+        def run(self) -> list[campaign.Job]:
+            found.extend((job.number, job.seed, job.done) for job in self.jobs)
+            return []
+
+    monkeypatch.setattr(rigs, "Campaign", Listed)
+    monkeypatch.setattr(rigs, "calibrated", lambda: MACHINE)
+    assert page.AGAIN in " ".join((ROOT / "docs/full_scale.md").read_text().split())
+    words = page.AGAIN.strip("`").split()
+    assert words[:3] == ["python", "-m", "studies.full_scale.rigs"]
+    named = {"N": "2", "S": "10007", "FOLDER": str(tmp_path / "tables")}
+    arguments = [*(named.get(word, word) for word in words[3:]), "--out", str(tmp_path)]
+    for given in (arguments, arguments[: arguments.index("--data")] + arguments[-2:]):
+        assert CliRunner().invoke(rigs.app, given).exit_code == 0
+    assert found == [(2, 10007, False), (2, 10007, True)]
 
 
 @dataclass(frozen=True)
@@ -89,10 +112,10 @@ def test_a_time_that_some_seeds_never_reach_decides_nothing() -> None:
 
 
 def test_stored_runs_were_judged_by_the_ranges_of_today() -> None:
-    """The digest of all statements that each run stored as it ended is that of the statements."""
+    """The digest of all statements that each run stored as it ended is that of the statements, or that before pegging was."""
     runs = [json.loads(path.read_text()) for path in (ROOT / rigs.DATA).glob("*/run.json")]
     assert len(runs) >= 7
-    assert {run["statements"] for run in runs} == {fingerprint(STATEMENTS)}
+    assert {run["statements"] for run in runs} <= {EARLIER, fingerprint(STATEMENTS)}
     assert {run["variant"] for run in runs} <= set(rigs.RIGS)
 
 
@@ -169,7 +192,7 @@ def test_what_the_page_says_of_its_presets_and_of_statements_that_no_run_confirm
         dry = verdict if number == "5" else dry
     assert impossible == [7, 17]
     # readings of bridges share the dry runs of 200 mm, which count once
-    assert int(re.search(r"of (\d+) run refute it", dry)[1]) <= 1 + len(rigs.TURNED) - len(rigs.OF_BRIDGES)  # type: ignore[index]
+    assert int(re.search(r"of (\d+)\)", dry)[1]) <= 1 + len(rigs.TURNED) - len(rigs.OF_BRIDGES)  # type: ignore[index]
     lags = [each(parts["mean Y_small − Y_near, 1 to 5 s > 0"], runs[rig]) for rig in ("sieve200", *rigs.TURNED)]
     assert len(lags) == 14 and all(values and max(values) < -0.09 for values in lags)
 

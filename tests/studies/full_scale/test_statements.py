@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pywet.util.files import read_json
+from pywet import config as settings
+from pywet.util.files import read_json, write_json
 from studies.full_scale import stored_runs
 from studies.full_scale.judging import (
     FAILS,
@@ -26,7 +27,8 @@ from studies.full_scale.judging import (
     neighbours,
     within,
 )
-from studies.full_scale.statements import STATEMENTS
+from studies.full_scale.quantities import PITCH_MM
+from studies.full_scale.statements import EARLIER, STATEMENTS
 from tests.studies.full_scale.made import COARSE_SHARE, TIMES, make
 
 OF = {s.number: s for s in STATEMENTS}
@@ -108,11 +110,29 @@ def test_only_seeds_that_recorded_a_quantity_count(tmp_path: Path) -> None:
     assert answer.verdict == HOLDS and answer.values[0] == (pytest.approx(1.1),)
 
 
-def test_no_range_was_changed_after_the_first_run_that_it_judges() -> None:
-    """Stored runs from the present list on carry its digest; a range, a word or a case that is changed changes it."""
+def test_no_range_but_those_of_pegging_was_changed_after_the_first_run_that_it_judges() -> None:
+    """Stored runs carry the digest of the list then; a range, a word or a case that is changed changes it."""
     stored = {p: read_json(p) for p in Path("docs/full_scale/data").glob("*/run.json")}
     judged = {p: about["statements"] for p, about in stored.items() if "statements" in about}
-    assert set(judged.values()) <= {fingerprint(STATEMENTS)}
+    assert set(judged.values()) <= {EARLIER, fingerprint(STATEMENTS)}
+    before = {
+        (4, 0): "wedged large spheres, case 7 over case 1",
+        (15, 1): "moist cases of 12 with fewer wedged large spheres",
+    }
+    assert (
+        fingerprint(
+            [
+                dataclasses.replace(
+                    s,
+                    parts=tuple(
+                        dataclasses.replace(p, text=before.get((s.number, k), p.text)) for k, p in enumerate(s.parts)
+                    ),
+                )
+                for s in STATEMENTS
+            ]
+        )
+        == EARLIER
+    )
     first, *others = STATEMENTS
     wider = dataclasses.replace(first, parts=(dataclasses.replace(first.parts[0], high=20.0),))
     assert fingerprint([wider, *others]) != fingerprint(STATEMENTS)
@@ -137,7 +157,7 @@ def rate_of(case: int) -> float:
 def test_all_statements_are_answered_where_all_cases_are_there(tmp_path: Path) -> None:
     """With rates made to order the statements on Y(t) hold, and turned round they do not."""
     for case in range(1, 19):
-        walls, large = 0.3 if case in (2, 8) else 0.1, 10.0 if case == 7 else 5.0
+        walls, large = 0.3 if case in (2, 8) else 0.1, 15.0 if case == 7 else 5.0
         make(tmp_path, case, rate=rate_of(case), walls=walls, large=large, carried={"small": 0.33, "near_mesh": 0.3})
     answers = {n: judge(OF[n], runs(tmp_path)) for n in OF}
     assert MISSING not in {a.verdict for a in answers.values()}
@@ -150,6 +170,46 @@ def test_all_statements_are_answered_where_all_cases_are_there(tmp_path: Path) -
     answers = {n: judge(OF[n], runs(tmp_path)) for n in OF}
     for number in (2, 4, 6, 16, 18, 24, 25, 35, 36):
         assert answers[number].verdict == FAILS, (number, answers[number])
+
+
+@pytest.mark.parametrize(("stay", "verdict"), [(3.0, HOLDS), (2.0, FAILS)])
+def test_spheres_that_turn_around_at_an_output_do_not_peg(tmp_path: Path, stay: float, verdict: str) -> None:
+    """Outputs of 0.1 s meet 50.6 Hz at the same phase every 1/0.06 = 16.7 outputs: 300 spheres at half of the phases peg nothing.
+
+    Of three that stay, per aperture 3 · (7.2/10)² = 1.56 are more than 1.2 times the least one of case 1; of two 1.04 are not.
+    """
+    at_rest = np.sin(2.0 * np.pi * 50.6 * TIMES) > 0.0
+    for case, count in ((1, 0.0), (7, stay)):
+        run = make(tmp_path, case)
+        table = run.tables["spheres"].assign(wedged_large=count + 300.0 * at_rest)
+        table.to_csv(run.folder / "spheres.csv", index=False)
+        run = stored_runs.StoredRun(run.folder)
+        assert run.beat == 17 and run.mean(run.count("wedged", "large"), 10.0, 20.0) > 100.0
+        assert run.pegged("large", 10.0, 20.0) == count
+    answer = judge(OF[4], runs(tmp_path))
+    assert answer.verdict == verdict and answer.values == ((pytest.approx(0.5184 * stay),),)
+
+
+def test_few_spheres_of_dry_glass_stay_in_apertures() -> None:
+    """Case 16: from 10 to 20 s up to 300 large spheres move with the screen at one output, and fewer than 20 within each beat."""
+    (run,) = (r for r in stored_runs.variants(stored_runs.RIGS)["sieve200"][16] if r.about["seed"] == 10007)
+    late = run.count("wedged", "large")[(run.times >= 10.0) & (run.times <= 20.0)]
+    assert late.max() > 250 and max(late[k : k + 17].min() for k in range(len(late) - 16)) < 20
+    assert run.pegged("large", 10.0, 20.0) == pytest.approx(
+        np.mean([late[k : k + 17].min() for k in range(len(late) - 16)]), rel=0.02
+    )
+
+
+def test_the_beat_is_that_of_the_configured_motion(tmp_path: Path) -> None:
+    """Frequency and pitches of the screens are those of the configuration; a stored frequency of 50.1 Hz takes 100 outputs."""
+    materials = settings.load(Path("config")).materials
+    assert materials.motion.frequency_Hz.value == stored_runs.FREQUENCY_HZ
+    for case, aperture in ((1, 8.0), (7, 5.6)):
+        screen = materials.screen(aperture)
+        assert PITCH_MM[case] == pytest.approx(screen.aperture_mm.value + screen.wire_diameter_mm.value)
+    run = make(tmp_path, 1)
+    write_json(run.folder / "run.json", {**run.about, "frequency_Hz": 50.1})
+    assert stored_runs.StoredRun(run.folder).beat == pytest.approx(100, abs=1)
 
 
 def test_a_run_is_read_at_times_it_has(tmp_path: Path) -> None:
