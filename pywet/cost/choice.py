@@ -35,21 +35,36 @@ NEAREST = ("reduced", "smoke")
 
 @dataclass(frozen=True)
 class Option:
-    """One level of a setting, with its cost and errors."""
+    """One level of a setting, with its cost and errors.
+
+    `charge`: errors that are counted, by group; `bound`: upper bounds of the errors, by group.
+    """
 
     setting: str
     level: Level
     cost: float
     charge: dict[str, float]
+    bound: dict[str, float]
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """Chosen settings: levels by setting, cost relative to the default, error by group."""
+    """Chosen settings: levels by setting, cost relative to the default; by group the error counted and its upper bound."""
 
     levels: dict[str, Level]
     cost: float
     error: dict[str, float]
+    bound: dict[str, float]
+
+    @classmethod
+    def of(cls, picked: Collection[Option], wanted: Sequence[str]) -> Chosen:
+        """Return the levels together: errors and bounds added, costs multiplied."""
+        return cls(
+            {o.setting: o.level for o in picked},
+            math.prod(o.cost for o in picked),
+            {group: sum(o.charge[group] for o in picked) for group in wanted},
+            {group: sum(o.bound[group] for o in picked) for group in wanted},
+        )
 
 
 def parse(text: str) -> float:
@@ -113,13 +128,15 @@ def options(
                 continue
             longer = longer_by if (setting, row["level"]) == ("integration", "semi_implicit") else 1.0
             cheaper = cost["low"] < longer and row["level"] != table["default"][setting]
-            charge = dict.fromkeys(GROUPS, 0.0)
+            charge, bound = dict.fromkeys(GROUPS, 0.0), dict.fromkeys(GROUPS, 0.0)
             for error in row["errors"]:
                 if error["scene"] in scenes:
-                    size, limit = abs(error["value"]), error["limit"]
+                    group, size, limit = error["group"], abs(error["value"]), error["limit"]
                     counted = size + limit if cheaper else size if size > limit else 0.0
-                    charge[error["group"]] = max(charge[error["group"]], counted)
-            by_parameter.setdefault(setting, []).append(Option(setting, row["level"], cost["ratio"] / longer, charge))
+                    charge[group] = max(charge[group], counted)
+                    bound[group] = max(bound[group], size + limit)
+            made = Option(setting, row["level"], cost["ratio"] / longer, charge, bound)
+            by_parameter.setdefault(setting, []).append(made)
     return by_parameter
 
 
@@ -146,7 +163,7 @@ def choose(
             best = combination
     if best is None:
         raise PywetError(
-            f"accuracy {100 * accuracy:g} % given, but the finest settings of the study come within {100 * nearest:.2g} % "
+            f"accuracy {100 * accuracy:g} % given, but the finest settings of the study have errors of {100 * nearest:.2g} % "
             f"in {', '.join(wanted)}; expected at least that",
             code="cost.finest", key="--accuracy", given=accuracy, expected=nearest,
         )  # fmt: skip
@@ -156,8 +173,7 @@ def choose(
 def combinations(by_parameter: dict[str, list[Option]], wanted: Sequence[str]) -> Iterable[Chosen]:
     """Yield the combinations of levels for which no other level of the setting is better in both cost and all relevant errors."""
     for picked in product(*(_worth(levels, wanted) for levels in by_parameter.values())):
-        error = {group: sum(o.charge[group] for o in picked) for group in wanted}
-        yield Chosen({o.setting: o.level for o in picked}, math.prod(o.cost for o in picked), error)
+        yield Chosen.of(picked, wanted)
 
 
 def _worth(levels: list[Option], wanted: Sequence[str]) -> list[Option]:
@@ -169,11 +185,11 @@ def _worth(levels: list[Option], wanted: Sequence[str]) -> list[Option]:
 
 
 def of_default(table: dict[str, Any], moist: bool, wanted: Sequence[str] = WANTED) -> Chosen:
-    """Return the default with its cost and errors."""
+    """Return the default with its errors."""
     base = table["default"]
-    picked = [o for levels in options(table, moist).values() for o in levels if o.level == base[o.setting]]
-    error = {group: sum(o.charge[group] for o in picked) for group in wanted}
-    return Chosen({o.setting: o.level for o in picked}, 1.0, error)
+    return Chosen.of(
+        [o for levels in options(table, moist).values() for o in levels if o.level == base[o.setting]], wanted
+    )
 
 
 def largest_setting(table: dict[str, Any], moist: bool, group: str) -> str:
@@ -181,13 +197,3 @@ def largest_setting(table: dict[str, Any], moist: bool, group: str) -> str:
     base = table["default"]
     picked = [o for levels in options(table, moist).values() for o in levels if o.level == base[o.setting]]
     return str(max(picked, key=lambda o: o.charge[group]).setting)
-
-
-def resolution(table: dict[str, Any], moist: bool) -> dict[str, float]:
-    """Return the largest error of any level that is due to scatter alone, by group: the resolution of the study."""
-    scenes = SCENES["moist" if moist else "dry"]
-    largest = dict.fromkeys(GROUPS, 0.0)
-    for rows in table["parameters"].values():
-        for error in (e for row in rows for e in row["errors"] if e["scene"] in scenes):
-            largest[error["group"]] = max(largest[error["group"]], error["limit"])
-    return largest

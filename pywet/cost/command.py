@@ -60,7 +60,7 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     machine, known = calibrated(), habit(table)
     seconds, load = cost.predict(edit.changed(config, scale, changed), case, scale, machine, known)
     before, _ = cost.predict(config, case, scale, machine, known)
-    lines = _shown(share, groups, moist, table)
+    lines = _shown(share, chosen, moist)
     lines += [
         f"  {edit.CONFIGURABLE[parameter].title:<23} {edit.shown(parameter, level)}"
         for parameter, level in changed.items()
@@ -81,16 +81,16 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     return lines
 
 
-def _shown(share: float, groups: tuple[str, ...], moist: bool, table: dict[str, Any]) -> list[str]:
-    """State the accuracy of the settings: the requested one or, if the study cannot resolve it, the best that it can."""
+def _shown(share: float, chosen: choice.Chosen, moist: bool) -> list[str]:
+    """State the accuracy of the settings: the requested one, or the upper bounds of the study where they exceed it."""
     kind = "moist" if moist else "dry"
-    blurred = {g: r for g, r in choice.resolution(table, moist).items() if g in groups and r > share}
-    if not blurred:
-        return [f"settings for {100 * share:g} % in {', '.join(groups)} ({kind}):"]
-    resolved = ", ".join(f"{g} to {100 * r:.2g} %" for g, r in blurred.items())
+    wide = {group: bound for group, bound in chosen.bound.items() if bound > share}
+    if not wide:
+        return [f"settings for {100 * share:g} % in {', '.join(chosen.bound)} ({kind}):"]
+    bounds = ", ".join(f"{group} {100 * bound:.2g} %" for group, bound in wide.items())
     return [
-        f"{100 * share:g} % cannot be shown: the study resolves {resolved} only (statistical uncertainty)",
-        f"settings shown to be within {100 * max(blurred.values()):.2g} % ({kind}), resolved errors below {100 * share:g} %:",
+        f"{100 * share:g} % is not confirmed by the study: upper bounds of the errors, summed over the settings: {bounds}",
+        f"cheapest settings with resolved errors below {100 * share:g} % ({kind}):",
     ]
 
 

@@ -53,16 +53,19 @@ def live_with(table: dict[str, Any]) -> str:
                     words = [f"{PARAMETERS[k].title} {v}" for k, v in chosen.levels.items() if v != table["default"][k]]
                     message = [", ".join(words) or "the defaults", f"{chosen.cost:.2f}\u00a0×"]
                     if message != last:
-                        error = f"{100 * max(chosen.error.values()):.2g} %"
+                        errors = (f"{100 * max(of.values()):.2g} %" for of in (chosen.error, chosen.bound))
                         of = Cell(f"{kind}: {wish}"), Cell(f"{100 * accuracy:g} %")
-                        rows.append([*of, Cell(message[0], left=True), message[1], error])
+                        rows.append([*of, Cell(message[0], left=True), message[1], *errors])
                     last = message
     text = paragraph(
         "The cheapest settings whose errors, added up over the settings, stay below what you can live with. A cheaper setting "
-        "must be shown right: what chance alone may have hidden is counted against it. Rows that choose the same as the one "
+        "must be shown right: what chance alone may have hidden is counted against it, but not against the default or a finer "
+        "one; the upper bound counts it against all. Rows that choose the same as the one "
         "above are left out. The same from the command line: `pywet plan 2 --accuracy 2%`."
     )
-    return text + html_table(["what counts", "you can live with", "choose", "cost", "error, counted"], rows)
+    return text + html_table(
+        ["what counts", "you can live with", "choose", "cost", "error, counted", "upper bound"], rows
+    )
 
 
 def fronts(table: dict[str, Any]) -> str:

@@ -96,13 +96,16 @@ def figure(config: Config) -> Figure:
 
 def chosen_rows(config: Config) -> list[str]:
     """Return settings, error and time of case 2 for each accuracy, without the smoke scale, which is too small."""
-    columns = ("error allowed", "scale", "settings other than the default", "largest error counted", "time of case 2")
+    columns = (
+        *("error allowed", "scale", "settings other than the default", "largest error counted", "upper bound"),
+        "time of case 2",
+    )
     rows = [f"| {' | '.join(columns)} |", "|---" * len(columns) + "|"]
     for scale in ("reduced", "full"):
         table, turned = choice.for_scale(scale)
         default = choice.of_default(table, True)
         before = duration(seconds(config, CASES["moist"], scale, {}))
-        rows.append(f"| as configured | {scale} | none | {_errors(default)} | **{before}** |")
+        rows.append(f"| as configured | {scale} | none | {_errors(default)} | {_bound(default)} | **{before}** |")
         seen: list[dict[str, Any]] = []
         for accuracy in ACCURACIES:
             best = choice.choose(table, accuracy, True, choice.WANTED, turned)
@@ -110,7 +113,8 @@ def chosen_rows(config: Config) -> list[str]:
             if levels not in seen:
                 took = duration(seconds(config, CASES["moist"], scale, levels))
                 names = ", ".join(_name(k, v) for k, v in levels.items() if v != table["default"][k])
-                rows.append(f"| {100 * accuracy:g} % | {scale} | {names} | {_errors(best)} | {took} |")
+                errors = f"{_errors(best)} | {_bound(best)}"
+                rows.append(f"| {100 * accuracy:g} % | {scale} | {names} | {errors} | {took} |")
             seen.append(levels)
     return rows
 
@@ -122,6 +126,10 @@ def _name(setting: str, level: Any) -> str:
 def _errors(chosen: choice.Chosen) -> str:
     worst = max(chosen.error, key=lambda group: chosen.error[group])
     return f"{100 * chosen.error[worst]:.2g} % ({worst})"
+
+
+def _bound(chosen: choice.Chosen) -> str:
+    return f"{100 * max(chosen.bound.values()):.2g} %"
 
 
 def setting_rows(scale: str = "reduced") -> list[str]:

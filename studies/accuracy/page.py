@@ -69,8 +69,8 @@ def _cost_cards(table: dict[str, Any]) -> list[Card]:
     try:
         chosen = choice.choose(table, 0.02, True)
     except PywetError:
-        return [Card("none", "settings are within 2 % in everything")]
-    return [Card(f"{chosen.cost:.2g} ×", "the default's cost, for 2 % in everything, moist")]
+        return [Card("none", "settings have errors counted below 2 % in everything")]
+    return [Card(f"{chosen.cost:.2g} ×", "the default's cost, for errors counted below 2 % in everything, moist")]
 
 
 def _parameters(table: dict[str, Any], group: str) -> Section:

@@ -350,7 +350,15 @@ def test_the_page_of_measurements_says_what_is_computed(tmp_path: Path, capsys: 
     write = runpy.run_path(str(WET / "measured.py"))["page"]
     write.__globals__["PAGE"] = copy
     write()
-    check_shown("python benchmarks/wet/measured.py", capsys.readouterr().out)
+    printed = capsys.readouterr().out
+    check_shown("python benchmarks/wet/measured.py", printed)
+    counts = {answer: int(n) for n, answer in re.findall(r"(\d+) ([a-z ]+)", printed)}
+    tested = {answer: counts[answer] for answer in ("confirmed", "not confirmed", "inconclusive")}
+    assert list(tested.values()) == [8, 5, 1] and sum(counts.values()) == 17
+    headline = (
+        f"Of {sum(tested.values())} published statements on moist particles that the models can contradict, eight are"
+    )
+    assert f"{headline} confirmed, five are not and one is inconclusive." in " ".join(copy.read_text().split())
     made, shown = copy.read_text(), (WET.parents[1] / "docs" / "measured.md").read_text()
     number = re.compile(r"[-+]?[0-9]+\.?[0-9]*")
     assert number.sub("#", made) == number.sub("#", shown)

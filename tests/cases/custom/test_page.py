@@ -15,6 +15,7 @@ import yaml
 import pywet
 from pywet.cases.custom.building import Building
 from pywet.cases.custom.walls import MOTIONS, SHAPES
+from pywet.laws.kinds import PRESETS
 from pywet.runs.loaded import Run
 from pywet.scene import Reservoir, Vibration
 from pywet.scene_stages import read_scene
@@ -85,6 +86,19 @@ def test_every_scene_of_the_gallery_is_there() -> None:
     for name in names:
         assert f"run-scene examples/scenes/{name}.yaml" in page
         assert (DOCS / "pictures" / f"scene_{name}.png").stat().st_size <= 150_000
+
+
+def test_the_page_states_how_strong_the_default_law_is() -> None:
+    """Median errors at touch are those of the law comparison, the time of the exact bridge that of the page on the engine."""
+    assert pywet.Scene.model_fields["laws"].default.preset == "paper"
+    row = re.search(r"^\| `rabinovich` \|(.*)\|$", (DOCS / "atlas.md").read_text(), re.MULTILINE)
+    assert row and PRESETS["paper"]["capillary"] == "rabinovich"
+    medians = [float(cell.split(" / ")[0]) for cell in row[1].split("|")[:6:2]]
+    message = f"{min(medians):g} to {max(medians):g} %"
+    readme = (DOCS.parent / "README.md").read_text()
+    assert f"at touch by a median of {message}" in PAGE and f"by {message} in the median" in readme
+    assert "`exact` takes 1.03 to 1.2 times as long" in (DOCS / "engine.md").read_text()
+    assert "`exact` takes [3 to 20 %](engine.md) longer" in PAGE
 
 
 def test_every_reservoir_is_explained() -> None:

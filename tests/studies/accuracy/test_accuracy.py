@@ -457,22 +457,30 @@ def test_plan_says_settings_and_time(tmp_path: Path, monkeypatch: pytest.MonkeyP
         command.plan(CONFIG, 1, "smoke", "20%", ["colour"], None)
 
 
-@pytest.mark.parametrize("accuracy", ["2%", "0.1%"])
-def test_plan_promises_no_accuracy_that_the_study_does_not_resolve(
-    accuracy: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The first line says that it cannot be shown and what is resolved, and no line says `settings for`."""
-    monkeypatch.setattr(cost, "of_this_machine", lambda *a, **k: cost.Coefficients(costs_of(335), costs_of(17416)))
-    resolved = choice.resolution(choice.for_scale("smoke")[0], True)["fraction retained"]
-    try:
-        lines = command.plan(CONFIG, 2, "smoke", accuracy, ["fraction retained"], None)
-    except PywetError as refusal:
-        assert refusal.code == "cost.finest"
-        return
-    wanted = (
-        f"{float(accuracy[:-1]):g} % cannot be shown: the study resolves fraction retained to {100 * resolved:.2g} %"
-    )
-    assert lines[0].startswith(wanted) and not any(line.startswith("settings for") for line in lines)
+def bound_by_hand(table: dict[str, Any], chosen: choice.Chosen, group: str) -> float:
+    """Size and limit of the largest error of each chosen level with water, summed, from the rows of the table."""
+    total = 0.0
+    for setting, level in chosen.levels.items():
+        (row,) = (row for row in table["parameters"][setting] if row["level"] == level)
+        of_group = [e for e in row["errors"] if e["group"] == group and e["scene"] in choice.SCENES["moist"]]
+        total += max((abs(e["value"]) + e["limit"] for e in of_group), default=0.0)
+    return total
+
+
+@pytest.mark.parametrize("accuracy", [0.2, 0.1, 0.02])
+@pytest.mark.parametrize("scale", ["smoke", "reduced", "full"])
+def test_plan_promises_no_accuracy_that_the_study_does_not_confirm(scale: str, accuracy: float) -> None:
+    """The first line promises it only if no group's upper bound, summed over the chosen settings, exceeds it; otherwise it gives
+    the bounds that do. Below 12 % none is confirmed, as the page says."""
+    table, turned = choice.for_scale(scale)
+    chosen = choice.choose(table, accuracy, True, turned=turned)
+    bounds = {group: bound_by_hand(table, chosen, group) for group in choice.WANTED}
+    assert chosen.bound == pytest.approx(bounds, rel=1e-12)
+    assert all(chosen.error[group] <= bound for group, bound in chosen.bound.items())
+    first = command._shown(accuracy, chosen, True)[0]
+    wide = [f"{group} {100 * bound:.2g} %" for group, bound in bounds.items() if bound > accuracy]
+    assert first.endswith(", ".join(wide) if wide else "(moist):")
+    assert first.startswith("settings for") == (not wide) == (accuracy > 0.12)
 
 
 def test_plan_weighs_semi_implicit_drag_for_a_thick_liquid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

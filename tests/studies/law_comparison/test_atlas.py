@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from pywet.laws import registry
 from studies.law_comparison import cost, errors, page, points, stock
 from tests.test_docs import check_shown
 
+DOCS = Path(__file__).parents[3] / "docs"
 KNOWN = {
     "willett": (2.6, 1.5, 12.5),
     "willett_simple": (21, 39, 46),
@@ -133,6 +135,27 @@ def test_misprints_are_as_large_as_their_equations_say() -> None:
     wall = table.loc[("willett_unequal_as_printed", "wall")]
     assert -13 < wall["smallest"] < -7 and -7 < wall["largest"] < -3
     assert table.loc[("willett_unequal_as_printed", "equal spheres"), "largest"] == 0.0
+
+
+def test_pages_state_the_largest_effect_of_a_misprint() -> None:
+    """It is that of `rabinovich_as_printed` between equal spheres: smallest volume, largest angles, next to rupture."""
+    arguments = (points.VOLUMES[0] * points.RADIUS**3, points.RADIUS, points.RADIUS, *np.radians(points.ANGLES[3]))
+    separation = points.SHARES[-1] * young_laplace.rupture(*arguments).separation
+    printed, corrected = (
+        registry.get("capillary", name).functions[0](separation, *arguments, points.SIGMA)
+        for name in ("rabinovich_as_printed", "rabinovich")
+    )
+    factor = f"a factor of {printed / corrected:.0f}"
+    assert all(f" {factor}" in (DOCS / name).read_text() for name in ("atlas.md", "shared_readings.md"))
+
+
+def test_the_page_gives_the_diameters_of_a_wire_and_a_sphere_with_half_the_force() -> None:
+    """In the table both are radii: half the diameters."""
+    text = " ".join((DOCS / "shared_readings.md").read_text().split())
+    found = re.search(r"a wire of (\S+) mm attracts a sphere of (\S+) mm with about half the force", text)
+    assert found
+    wire, sphere = map(float, found.groups())
+    assert math.sqrt(wire / (wire + sphere)) == pytest.approx(0.5, abs=0.05)
 
 
 def test_a_program_that_is_not_there_is_named(small: None, monkeypatch: pytest.MonkeyPatch) -> None:
