@@ -98,11 +98,11 @@ class Study(ABC):
                 self.file(run).unlink(missing_ok=True)
 
     def do(self, job: str, report: Report = lambda name, share: None) -> None:
-        """Execute the missing runs of a job; the reported share is that of the job."""
-        runs = self.runs(job)
-        for k, run in enumerate(runs):
-            if self.stored(run) is None:
-                report(run.name, k / len(runs))
+        """Execute the missing runs of a job; the reported share is that of these runs."""
+        missing = [run for run in self.runs(job) if self.stored(run) is None]
+        for k, run in enumerate(missing):
+            if self.stored(run) is None:  # not yet executed under other labels
+                report(run.name, k / len(missing))
                 rows = [plain(row) for row in run.make()]
                 write_json(self.file(run), {"key": run.key, "rows": rows})
 
@@ -112,8 +112,8 @@ class Study(ABC):
         return pd.DataFrame([{"run": r.name, **r.labels, **row} for r in runs for row in self.stored(r) or ()])
 
     def carry_out(self, report: Report = lambda name, share: None) -> Path:
-        """Execute missing runs, show all results, and return the page."""
-        jobs = self.jobs()
+        """Execute missing runs, show all results, and return the page; shares are of the jobs with missing runs."""
+        jobs = [job for job in self.jobs() if any(self.stored(run) is None for run in self.runs(job))]
         for k, job in enumerate(jobs):
             self.do(job, lambda name, share, k=k: report(name, (k + share) / len(jobs)))  # type: ignore[misc]
         return self.show()

@@ -24,7 +24,6 @@ from pywet.report import screen_page
 from pywet.runs.record import Status
 from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene
-from pywet.util.file_list import LIST
 from pywet.util.files import read_table, write_json, write_table
 from tests.cases.custom.conftest import beads
 from tests.cases.screening import synthetic
@@ -120,7 +119,6 @@ def test_the_refusal_of_a_replay_is_the_end_of_a_dry_scene(tmp_path: Path, monke
     """Nothing else of a dry run disagrees: the refusal is stored, by either command, until a replay refuses it no more."""
     run, said = synthetic.make(tmp_path / "run", moist=False), "stage replay failed: .*trajectory.parquet is missing"
     stages.results(run)
-    (run / LIST).touch()
     for module, name in (
         (scene_stages.building, "write"),
         (scene_stages.stages, "simulate"),

@@ -46,8 +46,13 @@ def test_a_study_that_was_cut_off_goes_on(tmp_path: Path) -> None:
     (tmp_path / "squares" / "runs" / "low" / "1.json").write_text('{"key"')
     again = Squares(tmp_path / "squares")
     assert [run.name for run in again.missing()] == ["low/1", "high/3", "high/4"]
-    again.carry_out()
-    assert again.done == [1, 3, 4]
+    shares: list[float] = []
+    again.carry_out(lambda name, share: shares.append(share))
+    assert again.done == [1, 3, 4] and shares == [
+        0.0,
+        0.5,
+        0.75,
+    ]  # of what is left to do, from which the rest is estimated
     assert again.gather()[["n", "value"]].to_numpy().tolist() == [[1, 1], [2, 4], [3, 9], [4, 16]]
     assert again.page == tmp_path / "squares.html" and again.page.exists()
 
