@@ -47,7 +47,7 @@ def test_a_log_file_has_lines_of_progress_and_no_bar(
 def test_the_remaining_time_is_that_of_the_steps_since_the_checkpoint(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """A tenth of the steps in a minute leaves four for the other four tenths; the output of a resumed engine is empty at first."""
+    """A tenth of the steps in a minute leaves four for four tenths; the output of a resumed engine is empty at first."""
     clock = iter([0.0, 0.1, 60.0, 61.0])
     monkeypatch.setattr(process, "time", SimpleNamespace(monotonic=lambda: next(clock)))
     with process.progress_bar(synthetic.scene(), True, 500) as report:
