@@ -23,6 +23,7 @@ import pytest
 from pywet import config, run_folder, stages
 from pywet.cli import workflow_lock
 from pywet.runs import record
+from pywet.util import sources
 from pywet.util.files import write_json
 from tests.error_codes import raises_code
 
@@ -295,3 +296,27 @@ def test_the_call_after_a_kill_names_orphans_then_takes_the_lock_away(tmp_path: 
     assert workflow_lock.release(tmp_path) is None
     done = _snakemake(tmp_path, "--rerun-incomplete")
     assert done.returncode == 0 and (tmp_path / "done.txt").exists(), done.stderr
+
+
+def test_every_rule_depends_on_its_code() -> None:
+    """Except those whose inputs or parameters hold a digest of it, a fingerprint of a run or the store of a sweep."""
+    known = {"scene", "simulate", "verdict", "sweep_run", "sweep"}
+    texts = [path.read_text() for path in sorted((ROOT / "workflow" / "rules").glob("*.smk"))]
+    rules = [
+        rule for text in texts for rule in re.split(r"^ *rule\b", text, flags=re.MULTILINE)[1:] if "script:" in rule
+    ]
+    without = {rule.partition(":")[0].strip() for rule in rules if not re.search(r"^ +code=", rule, re.MULTILINE)}
+    assert len(rules) > 15 and without == known
+
+
+def test_the_digest_of_the_program_is_of_all_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    listed: list[Path] = []
+    monkeypatch.setattr(sources, "digest", lambda files: listed.extend(Path(os.path.normpath(f)) for f in files) or "")
+    sources.digest_of_program.__wrapped__()
+    for name in (
+        "pywet/report/scene_page.py",
+        "studies/buck2018/buck_page.py",
+        "reference_impl/faults.py",
+        "pywet/scene.py",
+    ):
+        assert ROOT / name in listed

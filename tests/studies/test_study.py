@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pywet.util import sources
 from studies.study import Run, Study
 
 
@@ -57,12 +58,18 @@ def test_a_study_that_was_cut_off_goes_on(tmp_path: Path) -> None:
     assert again.page == tmp_path / "squares.html" and again.page.exists()
 
 
-def test_a_run_is_done_again_where_it_would_be_another(tmp_path: Path) -> None:
+def test_a_run_is_done_again_where_it_would_be_another(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a change of its data, or of the code that runs or evaluates it."""
     Squares(tmp_path).do("low")
     cubes = Squares(tmp_path, power=3)
     assert cubes.gather().empty and len(cubes.missing()) == 4
     cubes.do("low")
     assert cubes.gather()["value"].tolist() == [1, 8]
+    for digest in ("digest_of_a_run", "digest_of_evaluation"):
+        monkeypatch.setattr(sources, digest, lambda digest=digest: digest)
+        assert cubes.gather().empty and len(cubes.missing()) == 4
+        cubes.do("low")
+        assert len(cubes.missing()) == 2
 
 
 def test_only_what_was_asked_for_is_forgotten(tmp_path: Path) -> None:

@@ -81,6 +81,8 @@ PART = "" if set(CHOSEN.cases) == set(CONFIGURED.settings.cases) else "_cases" +
 """After the name of report, picture and verdict where only some cases are asked for: those of all cases stay as they are."""
 SAID = f"The report is in {ROOT}/report{PART}.html"
 LOGS = f"{ROOT}/logs"
+CODE = sources.digest_of_program()
+"""Parameter of every rule that draws, tabulates or computes by code of which no fingerprint of its inputs knows."""
 CONFIG_FILES = [str(CONFIG / name) for name in settings.FILES]
 
 
