@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import runpy
@@ -22,6 +23,7 @@ import pytest
 
 from pywet import config, run_folder, stages
 from pywet.cli import workflow_lock
+from pywet.cost import needs
 from pywet.runs import record
 from pywet.util import sources
 from pywet.util.files import write_json
@@ -82,6 +84,25 @@ def test_seeds_make_so_many_runs_of_each_case(folder: Path) -> None:
     assert (jobs["simulate"], jobs["evaluate"], jobs["report"], jobs["verdict"]) == (9, 9, 1, 1), text
     for name in ("case02", "case02-10008", "case02_exact-10009", "case11-10009"):
         assert f"results/smoke/{name}/status/simulate.json" in text
+
+
+def test_memory_is_requested_by_core_and_doubled_for_every_rule(folder: Path) -> None:
+    """SLURM takes `mem_mb` for each node, and `mem_mb_per_cpu` wherever the ranks are; rule scene has the profile's defaults."""
+    profile = ("--profile", "workflow/profiles/slurm", "--executor", "dryrun")
+    done = _snakemake(folder, "-n", *profile, "--config", "cases=[2]", "ranks=4", "both_presets=false")
+    text = done.stdout + done.stderr
+    assert done.returncode == 0, text
+    ((memory, of_core),) = {
+        (int(a), int(b)) for a, b in re.findall(r"resources:.*?mem_mb=(\d+).*?mem_mb_per_cpu=(\d+)", text)
+    }
+    assert memory > 1.5 * 4 * needs.RANK_B / 1e6 and of_core == math.ceil(memory / 4)
+    assert re.search(r"resources:.*mem_mb=2000.*runtime=60", text)
+    (defaults,) = re.findall(
+        r"^default-resources:\n((?:  .*\n)+)", (ROOT / profile[1] / "config.yaml").read_text(), re.M
+    )
+    for line in defaults.splitlines():
+        name, _, value = line.partition(":")
+        assert eval(value, {"attempt": 2}) == 2 * eval(value, {"attempt": 1}), name
 
 
 @pytest.mark.parametrize(

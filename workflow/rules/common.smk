@@ -46,6 +46,11 @@ def job_memory(stage):
     return lambda wildcards, attempt: _needs(wildcards.case, lambda n: n.memory_mb(attempt, stage), 1000)
 
 
+def core_memory(wildcards, attempt):
+    """Memory [MB] of each core of a simulation, which SLURM's plugin requests instead of mem_mb, which is that of each node."""
+    return -(-job_memory("simulate")(wildcards, attempt) // CHOSEN.ranks)
+
+
 def job_minutes(wildcards, attempt):
     """Wall time of the engine [min], from the prediction; the same."""
     return _needs(wildcards.case, lambda n: n.minutes(attempt), 30)
