@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import platform
 import re
 import runpy
 import shutil
@@ -317,6 +318,27 @@ def test_the_call_after_a_kill_names_orphans_then_takes_the_lock_away(tmp_path: 
     assert workflow_lock.release(tmp_path) is None
     done = _snakemake(tmp_path, "--rerun-incomplete")
     assert done.returncode == 0 and (tmp_path / "done.txt").exists(), done.stderr
+
+
+def test_the_lock_of_another_machine_or_user_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their processes are not seen here; the advice is Snakemake's own command, after which the next call is of this machine."""
+    lock, host = tmp_path / workflow_lock.LOCKS / "0.input.lock", tmp_path / workflow_lock.HOST
+    assert workflow_lock.release(tmp_path) is None and host.read_text() == platform.node()
+    lock.parent.mkdir()
+    for name, user, said in (
+        ("node17", os.geteuid(), "of the machine node17 has locked"),
+        (platform.node(), 12345, f"of user {os.geteuid()} has locked"),
+    ):
+        lock.touch()
+        host.write_text(name)
+        monkeypatch.setattr(os, "geteuid", lambda user=user: user)
+        message = workflow_lock.release(tmp_path)
+        assert message is not None and said in message and "`snakemake --unlock`" in message and lock.exists()
+        monkeypatch.undo()
+        lock.unlink()
+        assert workflow_lock.release(tmp_path) is None and host.read_text() == platform.node()
+    lock.touch()
+    assert workflow_lock.release(tmp_path) is None and not lock.exists()
 
 
 def test_every_rule_depends_on_its_code() -> None:
