@@ -325,7 +325,7 @@ def test_the_lock_of_another_machine_or_user_is_left(tmp_path: Path, monkeypatch
     lock, host = tmp_path / workflow_lock.LOCKS / "0.input.lock", tmp_path / workflow_lock.HOST
     assert workflow_lock.release(tmp_path) is None and host.read_text() == platform.node()
     lock.parent.mkdir()
-    for name, user, said in (
+    for name, user, words in (
         ("node17", os.geteuid(), "of the machine node17 has locked"),
         (platform.node(), 12345, f"of user {os.geteuid()} has locked"),
     ):
@@ -333,7 +333,7 @@ def test_the_lock_of_another_machine_or_user_is_left(tmp_path: Path, monkeypatch
         host.write_text(name)
         monkeypatch.setattr(os, "geteuid", lambda user=user: user)
         message = workflow_lock.release(tmp_path)
-        assert message is not None and said in message and "`snakemake --unlock`" in message and lock.exists()
+        assert message is not None and words in message and "`snakemake --unlock`" in message and lock.exists()
         monkeypatch.undo()
         lock.unlink()
         assert workflow_lock.release(tmp_path) is None and host.read_text() == platform.node()

@@ -39,9 +39,9 @@ def at_work(folder: Path) -> tuple[list[int], list[int]]:
 def release(folder: Path) -> str | None:
     """Remove the lock of a folder if none of its processes runs; return the obstacle in one sentence, or None."""
     locks, host = list((folder / LOCKS).glob("*.lock")), folder / HOST
-    if locks and (holder := _elsewhere(locks, host)):
+    if locks and (other := _elsewhere(locks, host)):
         return (
-            f"a Snakemake of {holder} has locked {folder.resolve()}; wait for it, or, if it was killed, call "
+            f"a Snakemake of {other} has locked {folder.resolve()}; wait for it, or, if it was killed, call "
             "`snakemake --unlock`"
         )
     if locks and (obstacle := _at_work(folder)):
@@ -56,7 +56,7 @@ def release(folder: Path) -> str | None:
 
 
 def _elsewhere(locks: list[Path], host: Path) -> str | None:
-    """Return who holds locks whose processes cannot be seen: another user, or this user on another machine."""
+    """Return the owner of locks whose processes cannot be seen: another user, or a `make run` on another machine."""
     try:
         users = {lock.stat().st_uid for lock in locks}
     except FileNotFoundError:  # released meanwhile

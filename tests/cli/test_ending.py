@@ -117,7 +117,7 @@ def test_an_objection_is_the_end_and_the_next_command_asks_again(tmp_path: Path)
 
 def test_the_refusal_of_a_replay_is_the_end_of_a_dry_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing else of a dry run disagrees: the refusal is stored, by either command, until a replay refuses it no more."""
-    run, said = synthetic.make(tmp_path / "run", moist=False), "stage replay failed: .*trajectory.parquet is missing"
+    run, words = synthetic.make(tmp_path / "run", moist=False), "stage replay failed: .*trajectory.parquet is missing"
     stages.results(run)
     for module, name in (
         (scene_stages.building, "write"),
@@ -135,13 +135,13 @@ def test_the_refusal_of_a_replay_is_the_end_of_a_dry_scene(tmp_path: Path, monke
         assert ask() == refused
         (run / "trajectory.parquet").write_bytes(trajectory)  # what reads the run reads the status, not the table
         found = verdict.check_result(RunDir(run))
-        assert found.word == "no" and re.search(said, found.sentence)
-        with raises_code("cli.objections", says=said):
+        assert found.word == "no" and re.search(words, found.sentence)
+        with raises_code("cli.objections", says=words):
             ending.show([run])
         assert ask() == agrees
         assert verdict.check_result(RunDir(run)).word != "no" and not (run / "status" / "replay.json").exists()
     (run / "trajectory.parquet").unlink()
-    with raises_code("scene.objections", says=said):
+    with raises_code("scene.objections", says=words):
         scene_stages.run(scene, run)
 
 

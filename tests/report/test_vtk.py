@@ -43,7 +43,7 @@ def test_a_series_takes_the_place_of_an_earlier_one(folder: Path) -> None:
     assert sorted(p.name for p in folder.glob("particles_*")) == [f"particles_{step:09d}.vtu" for step in (0, 100, 200)]
 
 
-def test_other_exports_stay_beside_the_series(folder: Path) -> None:
+def test_other_exports_stay_with_the_series(folder: Path) -> None:
     """Until the run is simulated again; a file of a kind that is written is replaced, and a user's file refused as before."""
     exports = ("walls.vtkhdf", "open_in_paraview.py", "cuboids.pvd", "cuboids_000000100.vtu")
     for name in (*exports, "bridges_000000999.vtu"):
