@@ -19,6 +19,7 @@ from pywet.cases.screening import verdict
 from pywet.cases.screening.results import class_titles
 from pywet.cli import ending
 from pywet.cli.app import app
+from pywet.errors import PywetError
 from pywet.products import screening_report
 from pywet.report import screen_page
 from pywet.runs.record import Status
@@ -130,6 +131,7 @@ def test_the_refusal_of_a_replay_is_the_end_of_a_dry_scene(tmp_path: Path, monke
     for ask, refused, agrees in (
         (lambda: bool(scene_stages.finish(scene, run)), True, False),
         (lambda: CliRunner().invoke(app, ["replay", str(run)]).exit_code, 2, 0),
+        (lambda: _refused(run), True, False),
     ):
         (run / "trajectory.parquet").unlink()
         assert ask() == refused
@@ -143,6 +145,14 @@ def test_the_refusal_of_a_replay_is_the_end_of_a_dry_scene(tmp_path: Path, monke
     (run / "trajectory.parquet").unlink()
     with raises_code("scene.objections", says=words):
         scene_stages.run(scene, run)
+
+
+def _refused(run: Path) -> bool:
+    try:
+        pywet.replay(run)
+    except PywetError:
+        return True
+    return False
 
 
 def test_the_report_of_a_run_has_its_links(tmp_path: Path) -> None:
