@@ -138,13 +138,14 @@ def test_the_refusal_of_a_replay_is_the_end_of_a_dry_scene(tmp_path: Path, monke
         (run / "trajectory.parquet").write_bytes(trajectory)  # what reads the run reads the status, not the table
         found = verdict.check_result(RunDir(run))
         assert found.word == "no" and re.search(words, found.sentence)
-        with raises_code("cli.objections", says=words):
-            ending.show([run])
         assert ask() == agrees
         assert verdict.check_result(RunDir(run)).word != "no" and not (run / "status" / "replay.json").exists()
     (run / "trajectory.parquet").unlink()
     with raises_code("scene.objections", says=words):
         scene_stages.run(scene, run)
+    (run / "trajectory.parquet").write_bytes(trajectory)
+    with raises_code("cli.objections", says=words):
+        ending.show([run])
 
 
 def _refused(run: Path) -> bool:
