@@ -51,7 +51,7 @@ run: $(if $(filter-out liggghts,$(ENGINE)),peers,essentials)  ## the 18 screenin
 
 report: $(if $(filter-out liggghts,$(ENGINE)),peers,essentials)  ## the report, with the cases that it still needs. ENGINE=yade: in YADE
 	@$(PYTHON) -m pywet.cli.workflow_lock
-	.venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config $(CHOSEN) -- report
+	.venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config $(CHOSEN) -- report verdict
 
 full: essentials  ## the page of the 18 cases at full scale, after hours of runs where their tables are not stored (all are)
 	$(PYTHON) -m studies.full_scale.campaign --cores $(CORES)

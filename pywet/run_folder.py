@@ -166,12 +166,17 @@ def rename_folder(run_dir: Path, name: str, new: str) -> None:
     record(run_dir, [f"{name}/"], removed=True)
 
 
-def publish(run_dir: Path, name: str, new: str) -> None:
+def publish(run_dir: Path, name: str, new: str, replaced: str = ".*") -> None:
     """Replace an earlier folder by a completed one that belongs to pywet; its files are listed individually from then on.
 
-    Raises if the earlier one contains files that no run wrote.
+    Files in the earlier one whose names do not match the pattern `replaced` are retained. Raises if it contains files that
+    no run wrote.
     """
     made, place = Path(run_dir) / name, Path(run_dir) / new
+    refuse_foreign(run_dir, new)
+    for path in place.glob("*"):
+        if path.is_file() and not re.fullmatch(replaced, path.name):
+            path.rename(made / path.name)
     files = [p.relative_to(made).as_posix() for p in made.rglob("*") if not p.is_dir()]
     remove_listed(run_dir, [new])
     refuse_foreign(run_dir, new)

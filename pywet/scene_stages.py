@@ -110,11 +110,12 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
         record.leave_reference(where, placed_laws(scene.laws, scene.folder, scene.file is None).reference)
         stages.simulate(where, ranks, progress, extend=until.extension(scene.until) if scene.until else None)
         results.write(where)
+        refusal = []
         try:
             stages.replay(where)
         except PywetError as unreadable:
-            return [str(unreadable), *verdict.objections(RunDir(where))]
-        return verdict.objections(RunDir(where))
+            refusal = [str(unreadable)]
+        return verdict.objections(RunDir(where)) or refusal
 
 
 def fingerprint(scene: Scene) -> str:

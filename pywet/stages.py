@@ -151,14 +151,26 @@ def simulate(
 def replay(run_dir: Path) -> dict[str, Any] | None:
     """Run the stage replay: recompute a run by the reference, write replay.json, and compare its shares with the effect plan.
 
-    A dry run without recorded motion in windows has nothing to replay (None); its completeness is still checked.
+    A dry run without recorded motion in windows has nothing to replay (None); its completeness is still checked. A refusal
+    is stored in the status of the stage, of which user-defined scenes have no other.
     """
+    folder = Path(run_dir)
+    try:
+        replayed = _replayed(folder)
+    except PywetError as error:
+        record.leave_replay(folder, str(error))
+        raise
+    record.leave_replay(folder, None)
+    return replayed
+
+
+def _replayed(folder: Path) -> dict[str, Any] | None:
+    """Replay a run; raises if it is refused."""
     from pywet.planning import audit
     from reference_impl.replay import command, whole
     from reference_impl.replay.io import ReplayError
     from reference_impl.replay.replay import replay as recompute
 
-    folder = Path(run_dir)
     command.forget(folder)
     try:
         if command.nothing_to_replay(folder):

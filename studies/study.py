@@ -1,9 +1,9 @@
 """Common part of the three studies: definition of a run, its storage and retrieval, the table of all runs.
 
 A study is a list of jobs; a job is a few runs executed one after the other, so that compared runs are timed side by
-side. Each run has one file: its rows, and a digest of all data that determine them. A run whose file exists with the
-same digest is not repeated, so that an interrupted study resumes, and one whose configuration was edited does what
-the edit touches. `carry_out` does the jobs in turn; Snakemake does several at a time and calls it last
+side. Each run has one file: its rows, and a digest of all data and code that determine them. A run whose file exists
+with the same digest is not repeated, so that an interrupted study resumes, and one whose configuration was edited does
+what the edit touches. `carry_out` does the jobs in turn; Snakemake does several at a time and calls it last
 (workflow/rules/studies.smk).
 """
 
@@ -24,6 +24,7 @@ from typing_extensions import TypedDict
 
 from pywet.config import Config
 from pywet.errors import PywetError
+from pywet.util import sources
 from pywet.util.files import atomic_write, read_json, write_json
 
 Row = dict[str, Any]
@@ -45,8 +46,9 @@ class Run:
 
     @property
     def key(self) -> str:
-        """Hash of the data that define a run."""
-        return hashlib.sha256(json.dumps(self.given, sort_keys=True).encode()).hexdigest()[:16]
+        """Hash of the data that define a run, and of the code that runs and evaluates it."""
+        parts = json.dumps(self.given, sort_keys=True), sources.digest_of_a_run(), sources.digest_of_evaluation()
+        return hashlib.sha256(" ".join(parts).encode()).hexdigest()[:16]
 
 
 class StoredRun(TypedDict):
@@ -98,11 +100,11 @@ class Study(ABC):
                 self.file(run).unlink(missing_ok=True)
 
     def do(self, job: str, report: Report = lambda name, share: None) -> None:
-        """Execute the missing runs of a job; the reported share is that of the job."""
-        runs = self.runs(job)
-        for k, run in enumerate(runs):
-            if self.stored(run) is None:
-                report(run.name, k / len(runs))
+        """Execute the missing runs of a job; the reported share is that of these runs."""
+        missing = [run for run in self.runs(job) if self.stored(run) is None]
+        for k, run in enumerate(missing):
+            if self.stored(run) is None:  # not yet executed under other labels
+                report(run.name, k / len(missing))
                 rows = [plain(row) for row in run.make()]
                 write_json(self.file(run), {"key": run.key, "rows": rows})
 
@@ -112,8 +114,8 @@ class Study(ABC):
         return pd.DataFrame([{"run": r.name, **r.labels, **row} for r in runs for row in self.stored(r) or ()])
 
     def carry_out(self, report: Report = lambda name, share: None) -> Path:
-        """Execute missing runs, show all results, and return the page."""
-        jobs = self.jobs()
+        """Execute missing runs, show all results, and return the page; shares are of the jobs with missing runs."""
+        jobs = [job for job in self.jobs() if any(self.stored(run) is None for run in self.runs(job))]
         for k, job in enumerate(jobs):
             self.do(job, lambda name, share, k=k: report(name, (k + share) / len(jobs)))  # type: ignore[misc]
         return self.show()

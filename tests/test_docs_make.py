@@ -82,9 +82,9 @@ def test_run(installed: Path, words: tuple[str, ...]) -> None:
 
 
 def test_the_report_is_of_the_engine_that_is_named(installed: Path) -> None:
-    """All files that are to be made are in the folder of this engine."""
+    """All files that are to be made are in the folder of this engine, with the verdict, by which failed cases are an error."""
     printed = make(installed, "report", "ENGINE=yade", XDG_CACHE_HOME=str(installed / "cache"))
-    assert "results/smoke_yade/" in printed and "results/smoke/" not in printed
+    assert "results/smoke_yade/verdict.txt" in printed and "results/smoke/" not in printed
 
 
 @pytest.mark.parametrize("target", ["run", "report"])

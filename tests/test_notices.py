@@ -8,8 +8,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from pywet.engines import process
 from pywet.util import notices
 from pywet.util.notices import notice, shown
+from tests.cases.screening import synthetic
 
 
 def test_shown_on_standard_error_and_only_while_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
@@ -39,4 +41,20 @@ def test_a_log_file_has_lines_of_progress_and_no_bar(
     assert capsys.readouterr().err.splitlines() == [
         "runs: 2 of 24 after 12 s, about 132 s to go",
         "runs: 20 of 24 after 400 s, about 80 s to go",
+    ]
+
+
+def test_the_remaining_time_is_that_of_the_steps_since_the_checkpoint(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A tenth of the steps in a minute leaves four for four tenths; the output of a resumed engine is empty at first."""
+    clock = iter([0.0, 0.1, 60.0, 61.0])
+    monkeypatch.setattr(process, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    with process.progress_bar(synthetic.scene(), True, 500) as report:
+        for done in (0, 600, 1000):
+            report(done, 1000)
+    assert [text.partition(": ")[2].strip() for text in caplog.messages] == [
+        "50 % after 0 s",
+        "60 % after 60 s, about 240 s to go",
+        "100 % after 61 s",
     ]

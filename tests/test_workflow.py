@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import os
+import platform
 import re
 import runpy
 import shutil
@@ -22,7 +24,9 @@ import pytest
 
 from pywet import config, run_folder, stages
 from pywet.cli import workflow_lock
+from pywet.cost import needs
 from pywet.runs import record
+from pywet.util import sources
 from pywet.util.files import write_json
 from tests.error_codes import raises_code
 
@@ -81,6 +85,25 @@ def test_seeds_make_so_many_runs_of_each_case(folder: Path) -> None:
     assert (jobs["simulate"], jobs["evaluate"], jobs["report"], jobs["verdict"]) == (9, 9, 1, 1), text
     for name in ("case02", "case02-10008", "case02_exact-10009", "case11-10009"):
         assert f"results/smoke/{name}/status/simulate.json" in text
+
+
+def test_memory_is_requested_by_core_and_doubled_for_every_rule(folder: Path) -> None:
+    """SLURM takes `mem_mb` for each node, and `mem_mb_per_cpu` wherever the ranks are; rule scene has the profile's defaults."""
+    profile = ("--profile", "workflow/profiles/slurm", "--executor", "dryrun")
+    done = _snakemake(folder, "-n", *profile, "--config", "cases=[2]", "ranks=4", "both_presets=false")
+    text = done.stdout + done.stderr
+    assert done.returncode == 0, text
+    ((memory, of_core),) = {
+        (int(a), int(b)) for a, b in re.findall(r"resources:.*?mem_mb=(\d+).*?mem_mb_per_cpu=(\d+)", text)
+    }
+    assert memory > 1.5 * 4 * needs.RANK_B / 1e6 and of_core == math.ceil(memory / 4)
+    assert re.search(r"resources:.*mem_mb=2000.*runtime=60", text)
+    (defaults,) = re.findall(
+        r"^default-resources:\n((?:  .*\n)+)", (ROOT / profile[1] / "config.yaml").read_text(), re.M
+    )
+    for line in defaults.splitlines():
+        name, _, value = line.partition(":")
+        assert eval(value, {"attempt": 2}) == 2 * eval(value, {"attempt": 1}), name
 
 
 @pytest.mark.parametrize(
@@ -295,3 +318,48 @@ def test_the_call_after_a_kill_names_orphans_then_takes_the_lock_away(tmp_path: 
     assert workflow_lock.release(tmp_path) is None
     done = _snakemake(tmp_path, "--rerun-incomplete")
     assert done.returncode == 0 and (tmp_path / "done.txt").exists(), done.stderr
+
+
+def test_the_lock_of_another_machine_or_user_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their processes are not seen here; the advice is Snakemake's own command, after which the next call is of this machine."""
+    lock, host = tmp_path / workflow_lock.LOCKS / "0.input.lock", tmp_path / workflow_lock.HOST
+    assert workflow_lock.release(tmp_path) is None and host.read_text() == platform.node()
+    lock.parent.mkdir()
+    for name, user, words in (
+        ("node17", os.geteuid(), "of the machine node17 has locked"),
+        (platform.node(), 12345, f"of user {os.geteuid()} has locked"),
+    ):
+        lock.touch()
+        host.write_text(name)
+        monkeypatch.setattr(os, "geteuid", lambda user=user: user)
+        message = workflow_lock.release(tmp_path)
+        assert message is not None and words in message and "`snakemake --unlock`" in message and lock.exists()
+        monkeypatch.undo()
+        lock.unlink()
+        assert workflow_lock.release(tmp_path) is None and host.read_text() == platform.node()
+    lock.touch()
+    assert workflow_lock.release(tmp_path) is None and not lock.exists()
+
+
+def test_every_rule_depends_on_its_code() -> None:
+    """Except those whose inputs or parameters hold a digest of it, a fingerprint of a run or the store of a sweep."""
+    known = {"scene", "simulate", "verdict", "sweep_run", "sweep"}
+    texts = [path.read_text() for path in sorted((ROOT / "workflow" / "rules").glob("*.smk"))]
+    rules = [
+        rule for text in texts for rule in re.split(r"^ *rule\b", text, flags=re.MULTILINE)[1:] if "script:" in rule
+    ]
+    without = {rule.partition(":")[0].strip() for rule in rules if not re.search(r"^ +code=", rule, re.MULTILINE)}
+    assert len(rules) > 15 and without == known
+
+
+def test_the_digest_of_the_program_is_of_all_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    listed: list[Path] = []
+    monkeypatch.setattr(sources, "digest", lambda files: listed.extend(Path(os.path.normpath(f)) for f in files) or "")
+    sources.digest_of_program.__wrapped__()
+    for name in (
+        "pywet/report/scene_page.py",
+        "studies/buck2018/buck_page.py",
+        "reference_impl/faults.py",
+        "pywet/scene.py",
+    ):
+        assert ROOT / name in listed

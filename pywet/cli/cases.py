@@ -184,7 +184,7 @@ def replay(
     for folder in run_dirs if trust else ():
         record.trust_reference(folder)
     with run_folder.reading(*run_dirs):
-        status = command.run(run_dirs, as_json, second=record.reference)
+        status = command.run(run_dirs, as_json, second=record.reference, left=record.leave_replay)
         for folder in run_dirs:
             audit.write(folder)
     for folder in run_dirs:

@@ -140,8 +140,11 @@ def _children_cpu() -> float:
 
 
 @contextmanager
-def progress_bar(scene: EngineScene, wanted: bool) -> Iterator[Report]:
-    """Provide a progress bar with the remaining time in a terminal, otherwise a notice at each tenth of the run."""
+def progress_bar(scene: EngineScene, wanted: bool, start: int = 0) -> Iterator[Report]:
+    """Provide a progress bar with the remaining time in a terminal, otherwise a notice at each tenth of the run.
+
+    `start`: the step from which the engine resumes.
+    """
     if not wanted:
         yield lambda done, total: None
     elif sys.stderr.isatty():
@@ -158,24 +161,24 @@ def progress_bar(scene: EngineScene, wanted: bool) -> Iterator[Report]:
         shares = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
         times = (TimeElapsedColumn(), TextColumn("to go"), TimeRemainingColumn())
         with Progress(*shares, *times, console=Console(stderr=True)) as bar:
-            task = bar.add_task(scene.name, total=scene.steps)
-            yield lambda done, total: bar.update(task, completed=done, total=total)
+            task = bar.add_task(scene.name, total=scene.steps, completed=start)
+            yield lambda done, total: bar.update(task, completed=max(done, start), total=total)
     else:
-        yield _line_reporter(scene)
+        yield _line_reporter(scene, start)
 
 
-def _line_reporter(scene: EngineScene) -> Report:
-    started, shown, first = time.monotonic(), -1, -1  # first: the step from which a resumed run goes on
+def _line_reporter(scene: EngineScene, start: int) -> Report:
+    started, shown = time.monotonic(), -1
 
     def report(done: int, total: int) -> None:
-        nonlocal shown, first
-        first = done if first < 0 else first
+        nonlocal shown
+        done = max(done, start)  # the output of a resumed engine is empty at first
         tenth = 10 * done // max(total, 1)
         if tenth == shown:
             return
         shown = tenth
         elapsed = time.monotonic() - started
-        tail = f", about {elapsed * (total - done) / (done - first):.0f} s to go" if first < done < total else ""
+        tail = f", about {elapsed * (total - done) / (done - start):.0f} s to go" if start < done < total else ""
         notice.info(f"{scene.name}: {100 * done / max(total, 1):3.0f} % after {elapsed:.0f} s{tail}")
 
     return report

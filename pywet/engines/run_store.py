@@ -36,8 +36,8 @@ FINGERPRINT, FINISHED, INDEX, ACCOUNT = "fingerprint.json", "finished.json", "ta
 
 OUTPUT = (
     "trajectory.parquet", "mesh_motion.parquet", *(f"history/{name}.parquet" for name in (*RAW, "window_*")), "replay.json",
-    "contributions.json", "audit.json", "summary.json", "picture.png", "picture_*.png", "movie.mp4", "movie.webp", "results",
-    "vtk", "engine.partial.new",
+    "contributions.json", "audit.json", "summary.json", "picture.png", "picture_*.png", "close_up_*.png", "movie.mp4",
+    "movie.webp", "results", "vtk", "ovito", "engine.partial.new",
     *(f"status/{stage}.json" for stage in ("simulate", "replay", "results", "vtk")),
 )  # fmt: skip
 """All tables of a run, by their paths in the run directory."""

@@ -90,6 +90,11 @@ class CaseResult:
         return [] if values[0] is None else [factor * v for v in values if v is not None]
 
     @property
+    def wall_s(self) -> list[float]:
+        """Return the wall time of every seed; that of a resumed run is of some of its steps and left out."""
+        return [s["wall_s"] for s in (self.summary, *self.others) if s and not s.get("resumed_at_step")]
+
+    @property
     def ledger_error(self) -> float | None:
         """Return the largest error of the liquid ledger over all seeds; None for a dry run."""
         errors = [s["ledger_error"] for s in (self.summary, *self.others) if s and s["ledger_error"] is not None]

@@ -46,4 +46,4 @@ def _values(result: CaseResult) -> dict[str, list[float]]:
     put_in = result.over_seeds("initial_liquid_m3")
     held = {name: result.over_seeds("liquid_end_m3", name, factor=100.0) for name in plots.PLACES}
     shares = {f"liquid_percent.{n}": [h / i for h, i in zip(v, put_in, strict=False) if i] for n, v in held.items()}
-    return {"fraction_retained": result.ends, **rows, "wall_s": result.over_seeds("wall_s"), **shares}
+    return {"fraction_retained": result.ends, **rows, "wall_s": result.wall_s, **shares}

@@ -144,7 +144,7 @@ def _cases(numbers: Numbers, results: Sequence[CaseResult]) -> None:
         speed = s["particle_steps_per_s"]
         numbers.put(f"{name}.spheres", sum(s["spheres"].values()))
         numbers.put(f"{name}.steps", s["steps"])
-        numbers.spread(f"{name}.wall_s", r.over_seeds("wall_s"))
+        numbers.spread(f"{name}.wall_s", r.wall_s)
         numbers.put(f"{name}.million_sphere_steps_per_s", *_rounded(speed / 1e6 if speed else None))
         numbers.spread(f"{name}.fraction_retained", r.ends)
         numbers.put(f"{name}.coarse_share", *_rounded(s["coarse_share"]))

@@ -111,13 +111,16 @@ def _screens(evaluated: list[screen_page.Evaluated], words: dict[str, str], runs
 def _cards(words: dict[str, str], runs: seeds.Runs, found: verdict.CheckResult) -> list[page.Card]:
     """Numbers of the screen, then what was checked and what was simulated."""
     summary = runs[0].summary
-    computing = sum(run.summary["wall_s"] for run in runs)
+    whole = not any(
+        run.summary.get("resumed_at_step") for run in runs
+    )  # otherwise the time is that of some of the steps
+    computing = f"; {sum(run.summary['wall_s'] for run in runs):.0f} s of computing" if whole else ""
     cards = screen_page.cards(words)
     cards += [
         page.Card(found.word, "recomputed and agrees", found.grade),
         page.Card(
             f"{summary['simulated_s']:g} s",
-            f"of {sum(summary['spheres'].values())} spheres in {summary['steps']} steps; {computing:.0f} s of computing",
+            f"of {sum(summary['spheres'].values())} spheres in {summary['steps']} steps{computing}",
         ),
     ]
     if summary["events"] is not None:

@@ -145,7 +145,7 @@ def output(run: RunDir, kind: str, step: int) -> Any:
 
 
 def write(run_dir: Path, with_cuboids: bool = False) -> list[Path]:
-    """Write the time series of a run again and return their .pvd files."""
+    """Write the time series of a run again and return their .pvd files; files of other kinds in the folder are retained."""
     run = RunDir(Path(run_dir))
     folder, partial = run.path / "vtk", run.path / "vtk.partial"
     run_folder.refuse_foreign(run.path, folder.name)
@@ -158,7 +158,7 @@ def write(run_dir: Path, with_cuboids: bool = False) -> list[Path]:
             _save(output(run, kind, step), partial / name)
             rows.append(f'    <DataSet timestep="{time!r}" part="0" file="{name}"/>')
         (partial / f"{kind}.pvd").write_text(SERIES.format(rows="\n".join(rows)))
-    run_folder.publish(run.path, partial.name, folder.name)
+    run_folder.publish(run.path, partial.name, folder.name, rf"({'|'.join(kinds)})(_\d+\.vtu|\.pvd)")
     return [folder / f"{kind}.pvd" for kind in kinds]
 
 

@@ -19,7 +19,7 @@ from pywet import run_folder
 from pywet.errors import PywetError, one_line, refused
 from pywet.laws import custom_laws
 from pywet.util import sources
-from pywet.util.file_list import remove
+from pywet.util.file_list import LIST, remove
 from pywet.util.files import AGAIN, Model, read_bytes, read_json, read_model, write_json
 from pywet.util.notices import notice
 
@@ -147,6 +147,17 @@ def finished(run_dir: Path) -> bool:
 def evaluated_by_this_code(run_dir: Path) -> bool:
     """Return whether the code that evaluated and replayed a run has not changed since."""
     return all(Status.read(run_dir, s).program == sources.digest_of_evaluation() for s in ("results", "replay"))
+
+
+def leave_replay(run_dir: Path, refusal: str | None) -> None:
+    """Write the sentence by which the replay of a run was refused, for its page; None removes an earlier one."""
+    if not os.path.lexists(Path(run_dir) / LIST) or not os.access(run_dir, os.W_OK):
+        return
+    if refusal is not None:
+        code, program = "replay.refused", sources.digest_of_evaluation()
+        Status("replay", False, 0.0, "replay", refusal, code, program).write(run_dir)
+    elif not Status.read(run_dir, "replay").ok:
+        remove(run_dir, STATUS.format("replay"))
 
 
 def missing(run_dir: Path) -> str | None:

@@ -21,9 +21,10 @@ from scipy.spatial import cKDTree
 from scipy.stats import qmc
 
 from pywet.errors import ConfigError, PywetError
+from pywet.sweep import sweep_folder
 from pywet.sweep.constraints import Constraint
 from pywet.sweep.description import Axis, Point, Value, parsed
-from pywet.sweep.plan import ADDED, Plan, Run
+from pywet.sweep.plan import Plan, Run
 from pywet.sweep.points import Numbered
 from pywet.sweep.script_base import PREFIX
 from pywet.sweep.table import DONE
@@ -46,7 +47,7 @@ def extended(plan: Plan, made: pd.DataFrame, count: int) -> Plan:
 
 def write(plan: Plan) -> Path:
     """Write the added points into the sweep's folder, which adds them to the sweep."""
-    path = plan.folder / ADDED
+    path = plan.folder / sweep_folder.ADDED
     write_json(path, plan.added)
     return path
 

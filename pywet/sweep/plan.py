@@ -23,8 +23,6 @@ from pywet.sweep.points import Numbered, printed
 from pywet.sweep.store import Store
 from pywet.util.files import read_if_there
 
-ADDED = "added.json"
-"""File in a sweep's folder with the points that adaptive sampling has added."""
 LISTED = 5
 """Number of mistakes of points that are printed; the others are counted."""
 Report = Callable[..., None]
@@ -55,7 +53,9 @@ class Plan:
         """Return the points that adaptive sampling has added to the sweep."""
         if self.chosen is not None:
             return [*self.chosen]
-        path = self.folder / ADDED
+        if sweep_folder.named(self.folder) not in (None, self.file.resolve()):  # of a file that no longer exists
+            return []
+        path = self.folder / sweep_folder.ADDED
         found = list(read_if_there(path, "remove the file", list[dict[str, description.Value]]) or [])
         if any(point.keys() != self.sweep.axes.keys() for point in found):
             raise ConfigError(

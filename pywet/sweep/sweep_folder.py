@@ -10,6 +10,7 @@ from typing_extensions import TypedDict
 
 from pywet.errors import FileError, shown
 from pywet.util.files import make_folder, read_if_there, write_json
+from pywet.util.notices import notice
 
 ROOT = Path("results/sweeps")
 STORE = ROOT / "store"
@@ -17,6 +18,8 @@ WRITTEN = ("sweep.parquet", "sweep.csv", "report.html")
 """Files that a sweep writes into its folder, replacing those of an earlier call."""
 OWNER = "file.json"
 """File that names the file of the sweep, by its path from the folder."""
+ADDED = "added.json"
+"""File with the points that adaptive sampling has added."""
 CURE = "remove the file, and the next call writes it"
 
 
@@ -26,10 +29,15 @@ class Owner(TypedDict):
     file: str
 
 
+def named(folder: Path) -> Path | None:
+    """Return the file whose sweep is in a folder, whether it still exists or not; None if there is none."""
+    found = read_if_there(folder / OWNER, CURE, Owner)
+    return None if found is None else (folder.resolve() / found["file"]).resolve()
+
+
 def owner(folder: Path) -> Path | None:
     """Return the file whose sweep is in a folder; None if there is none or the file no longer exists."""
-    found = read_if_there(folder / OWNER, CURE, Owner)
-    path = None if found is None else (folder.resolve() / found["file"]).resolve()
+    path = named(folder)
     return path if path is not None and path.exists() else None
 
 
@@ -53,6 +61,7 @@ def claim(folder: Path, file: Path) -> None:
             path=folder,
         )
     if there is None:
+        _set_aside(folder, file)
         write_json(folder / OWNER, {"file": os.path.relpath(file.resolve(), folder.resolve())})
     elif there != file.resolve():
         raise FileError(
@@ -60,3 +69,13 @@ def claim(folder: Path, file: Path) -> None:
             code="sweep.folder_of_another",
             path=folder,
         )
+
+
+def _set_aside(folder: Path, file: Path) -> None:
+    """Rename the points that were added to the sweep of another file, which no longer exists."""
+    path, before = folder / ADDED, named(folder)
+    if before in (None, file.resolve()) or not os.path.lexists(path):
+        return
+    aside = next(p for k in itertools.count(1) if not os.path.lexists(p := folder / f"added.{k}.json"))
+    path.rename(aside)
+    notice.warning("%s holds points that were added to the sweep of %s; they are %s from now on", path, before, aside)

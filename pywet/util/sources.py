@@ -41,6 +41,12 @@ def digest_of_evaluation() -> str:
     return digest(of(EVALUATION))
 
 
+@cache
+def digest_of_program() -> str:
+    """Return the digest of names and contents of all source files, those of the studies included where they are."""
+    return digest([*of_a_run(), *of((".", "../reference_impl", "../studies"))])
+
+
 def digest(files: Iterable[Path], *parts: str) -> str:
     """Return the digest of `parts` and of names and contents of files."""
     made = hashlib.sha256("\0".join(parts).encode())

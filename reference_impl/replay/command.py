@@ -81,12 +81,17 @@ def run(
     as_json: bool = False,
     out: Path | None = None,
     second: Callable[[Path], Mapping[str, str]] = lambda folder: {},
+    left: Callable[[Path, str | None], None] = lambda folder, refusal: None,
 ) -> int:
-    """Replay, print, and return the exit status; `second` returns the user reference implementations for custom laws of a run."""
+    """Replay, print, and return the exit status; `second` returns the user reference implementations for custom laws of a run.
+
+    `left` is given each run with the sentence by which it was refused, or None.
+    """
     width, all_found = max(len(str(f)) for f in folders), []
     for folder in folders:
         found = outcome(Path(folder), out, second(Path(folder)))
         all_found.append(found)
+        left(Path(folder), found["reason"] if found["status"] == "unreadable" else None)
         if not as_json and len(folders) > 1:
             print(line(found, width), flush=True)
     status = max(STATUS[found["status"]] for found in all_found)

@@ -121,6 +121,11 @@ class Cases:
             values = [data.get(key) if data is not None else None for data in values]
         return [factor * v for v in values if v is not None] if values[0] is not None else []
 
+    def wall_times(self, number: int | str) -> list[float]:
+        """Return the wall time of a case and its further seeds, except of runs that were resumed."""
+        found = [self.summary(run) for run in (number, *self.seeds(number))]
+        return [data["wall_s"] for data in found if data is not None and not data.get("resumed_at_step")]
+
     def ends(self, number: int | str) -> list[float]:
         """Return the fraction retained at the end for every seed of a case."""
         tables = [parquet_table(self.folder / run / RETAINED) for run in self.seeds(number)]

@@ -154,7 +154,7 @@ def _case(cases: Cases, number: int, numbers: Numbers) -> Iterator[Value]:
     speed = data.get("particle_steps_per_s")
     yield f"{name}.spheres", sum(data["spheres"].values()), "whole"
     yield f"{name}.steps", data["steps"], "whole"
-    yield from _spread(f"{name}.wall_s", cases.of_seeds(number, "wall_s"), "3 digits")
+    yield from _spread(f"{name}.wall_s", cases.wall_times(number), "3 digits")
     yield f"{name}.million_sphere_steps_per_s", speed / 1e6 if speed else None, "3 digits"
     yield from _spread(f"{name}.fraction_retained", cases.ends(number), "3 digits")
     yield f"{name}.coarse_share", data["coarse_share"], "3 digits"
@@ -410,7 +410,7 @@ def _of_preset(cases: Cases, run: str) -> Iterator[tuple[str, tuple[list[float],
     yield "fraction_retained", (cases.ends(run), "3 places")
     for kind in ("formations", "ruptures"):
         yield kind, (cases.of_seeds(run, "events", kind), "whole")
-    yield "wall_s", (cases.of_seeds(run, "wall_s"), "3 digits")
+    yield "wall_s", (cases.wall_times(run), "3 digits")
     put_in = cases.of_seeds(run, "initial_liquid_m3")
     for name in RESERVOIRS:
         held = cases.of_seeds(run, "liquid_end_m3", name, factor=100.0)

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
 import pandas as pd
+import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from pywet import config, stages
+import pywet
+from pywet import config, scene_stages, stages
 from pywet.cases.custom import results
 from pywet.cases.screening import verdict
 from pywet.cases.screening.results import class_titles
 from pywet.cli import ending
 from pywet.cli.app import app
+from pywet.errors import PywetError
 from pywet.products import screening_report
 from pywet.report import screen_page
 from pywet.runs.record import Status
 from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene
 from pywet.util.files import read_table, write_json, write_table
+from tests.cases.custom.conftest import beads
 from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
 from tests.products import made_up
@@ -109,6 +114,46 @@ def test_an_objection_is_the_end_and_the_next_command_asks_again(tmp_path: Path)
     with raises_code("cli.objections", says="case02-8: .*capillary"):
         ending.show(runs)
     assert all("capillary" in (run / "details.txt").read_text() for run in runs)
+
+
+def test_the_refusal_of_a_replay_is_the_end_of_a_dry_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing else of a dry run disagrees: the refusal is stored, by either command, until a replay refuses it no more."""
+    run, words = synthetic.make(tmp_path / "run", moist=False), "stage replay failed: .*trajectory.parquet is missing"
+    stages.results(run)
+    for module, name in (
+        (scene_stages.building, "write"),
+        (scene_stages.stages, "simulate"),
+        (scene_stages.results, "write"),
+    ):
+        monkeypatch.setattr(module, name, lambda *_, **__: None)
+    scene = pywet.Scene(**beads(), folder=tmp_path)
+    trajectory = (run / "trajectory.parquet").read_bytes()
+    for ask, refused, agrees in (
+        (lambda: bool(scene_stages.finish(scene, run)), True, False),
+        (lambda: CliRunner().invoke(app, ["replay", str(run)]).exit_code, 2, 0),
+        (lambda: _refused(run), True, False),
+    ):
+        (run / "trajectory.parquet").unlink()
+        assert ask() == refused
+        (run / "trajectory.parquet").write_bytes(trajectory)  # what reads the run reads the status, not the table
+        found = verdict.check_result(RunDir(run))
+        assert found.word == "no" and re.search(words, found.sentence)
+        assert ask() == agrees
+        assert verdict.check_result(RunDir(run)).word != "no" and not (run / "status" / "replay.json").exists()
+    (run / "trajectory.parquet").unlink()
+    with raises_code("scene.objections", says=words):
+        scene_stages.run(scene, run)
+    (run / "trajectory.parquet").write_bytes(trajectory)
+    with raises_code("cli.objections", says=words):
+        ending.show([run])
+
+
+def _refused(run: Path) -> bool:
+    try:
+        pywet.replay(run)
+    except PywetError:
+        return True
+    return False
 
 
 def test_the_report_of_a_run_has_its_links(tmp_path: Path) -> None:

@@ -84,6 +84,7 @@ def _files(run: Path, number: int, random: np.random.Generator) -> None:
     table = pd.read_parquet(run / "results" / "fraction_retained.parquet")
     data["fraction_retained_end"] = float(table["fraction_retained"].iloc[-1])
     data["coarse_share"], data["wall_s"], data["steps"] = 0.3, float(random.uniform(10, 90)), 48000 + number
+    data["resumed_at_step"] = 24000 if number == 4 else None
     if data["events"]:
         data["events"] = {"formations": 12000 + number, "ruptures": 11000 + number}
         data["ledger_error"] = float(random.uniform(1e-16, 9e-16))

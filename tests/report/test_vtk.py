@@ -12,12 +12,14 @@ import pytest
 import pyvista
 
 from pywet import run_folder
+from pywet.engines import run_store
 from pywet.laws.contact import film_thickness
 from pywet.report import vtk
 from pywet.runs.walls import wall_corners
 from pywet.scene import Rotation
 from tests.cases.screening import synthetic
 from tests.cases.screening.synthetic import UNIT
+from tests.error_codes import raises_code
 
 
 @pytest.fixture
@@ -39,6 +41,26 @@ def test_a_series_takes_the_place_of_an_earlier_one(folder: Path) -> None:
     run_folder.record(folder.parent, ["vtk/particles_000000999.vtu"])
     vtk.write(folder.parent)
     assert sorted(p.name for p in folder.glob("particles_*")) == [f"particles_{step:09d}.vtu" for step in (0, 100, 200)]
+
+
+def test_other_exports_stay_with_the_series(folder: Path) -> None:
+    """Until the run is simulated again; a file of a kind that is written is replaced, and a user's file refused as before."""
+    exports = ("walls.vtkhdf", "open_in_paraview.py", "cuboids.pvd", "cuboids_000000100.vtu")
+    for name in (*exports, "bridges_000000999.vtu"):
+        (folder / name).write_text(name)
+    with raises_code("folder.stranger"):
+        vtk.write(folder.parent)
+    run_folder.record(folder.parent, [f"vtk/{name}" for name in (*exports, "bridges_000000999.vtu")])
+    vtk.write(folder.parent)
+    assert [(folder / name).read_text() for name in exports] == list(exports)
+    assert not (folder / "bridges_000000999.vtu").exists() and not (folder.parent / "vtk.partial").exists()
+    vtk.write(folder.parent, with_cuboids=True)
+    assert sorted(p.name for p in folder.glob("cuboids*")) == [
+        "cuboids.pvd", *(f"cuboids_{step:09d}.vtu" for step in (0, 100, 200))
+    ]  # fmt: skip
+    assert {"walls.vtkhdf", "open_in_paraview.py"} <= {p.name for p in folder.iterdir()}
+    run_store.forget(folder.parent)
+    assert not folder.exists()
 
 
 def test_particles_carry_radius_film_and_place(folder: Path) -> None:

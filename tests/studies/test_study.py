@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pywet.util import sources
 from studies.study import Run, Study
 
 
@@ -46,18 +47,29 @@ def test_a_study_that_was_cut_off_goes_on(tmp_path: Path) -> None:
     (tmp_path / "squares" / "runs" / "low" / "1.json").write_text('{"key"')
     again = Squares(tmp_path / "squares")
     assert [run.name for run in again.missing()] == ["low/1", "high/3", "high/4"]
-    again.carry_out()
-    assert again.done == [1, 3, 4]
+    shares: list[float] = []
+    again.carry_out(lambda name, share: shares.append(share))
+    assert again.done == [1, 3, 4] and shares == [
+        0.0,
+        0.5,
+        0.75,
+    ]  # of what is left to do, from which the rest is estimated
     assert again.gather()[["n", "value"]].to_numpy().tolist() == [[1, 1], [2, 4], [3, 9], [4, 16]]
     assert again.page == tmp_path / "squares.html" and again.page.exists()
 
 
-def test_a_run_is_done_again_where_it_would_be_another(tmp_path: Path) -> None:
+def test_a_run_is_done_again_where_it_would_be_another(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a change of its data, or of the code that runs or evaluates it."""
     Squares(tmp_path).do("low")
     cubes = Squares(tmp_path, power=3)
     assert cubes.gather().empty and len(cubes.missing()) == 4
     cubes.do("low")
     assert cubes.gather()["value"].tolist() == [1, 8]
+    for digest in ("digest_of_a_run", "digest_of_evaluation"):
+        monkeypatch.setattr(sources, digest, lambda digest=digest: digest)
+        assert cubes.gather().empty and len(cubes.missing()) == 4
+        cubes.do("low")
+        assert len(cubes.missing()) == 2
 
 
 def test_only_what_was_asked_for_is_forgotten(tmp_path: Path) -> None:

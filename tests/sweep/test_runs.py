@@ -440,9 +440,15 @@ def test_files_of_one_name_have_separate_folders(tmp_path: Path, monkeypatch: py
     assert "e_n" in table.read(root / "sweep").columns and "duration_s" in table.read(root / "sweep-2").columns
     drawn = call.invoke(app, ["sweep", "plot", str(two), "friction", "duration_s"])
     assert drawn.exit_code == 0 and "sweep-2" in drawn.stdout
+    point = {"friction": 0.3, "normal_velocity_m_per_s": 0.7}
+    write_json(root / "sweep" / "added.json", [point])
+    assert Jobs(one).plan.added == [point]
     one.unlink()
     third = write(Path("three"), WALL)
-    assert Jobs(third).folder == root / "sweep"
+    assert Jobs(third).folder == root / "sweep" and Jobs(third).plan.added == []
+    assert call.invoke(app, ["sweep", str(third)]).exit_code == 0  # the points of the file that has gone are set aside
+    assert Jobs(third).plan.added == [] and len(table.read(root / "sweep")) == 6
+    assert {path.name for path in (root / "sweep").glob("added*")} == {"added.1.json"}
     assert Jobs(write(Path("three"), WALL, "store.yaml")).folder == root / "store-2"
 
 

@@ -15,6 +15,7 @@ rule agreement_source:
         data=f"{AGREEMENT}/data/{{source}}.json",
     params:
         source="{source}",
+        code=CODE,
         # what is read is there or not: no input, but a reason to run again
         found=lambda wildcards: left_by_others(wildcards.source, Path(AGREEMENT).parent),
     log:
@@ -33,6 +34,7 @@ rule agreement:
         table=f"{AGREEMENT}/table.json",
     params:
         module="studies.cross_code.page",
+        code=CODE,
     log:
         f"{AGREEMENT}/logs/page.log",
     script:

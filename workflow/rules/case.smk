@@ -35,6 +35,7 @@ rule simulate:
     priority: 1
     resources:
         mem_mb=job_memory("simulate"),
+        mem_mb_per_cpu=core_memory,
         runtime=job_minutes,
     script:
         "../scripts/simulate.py"

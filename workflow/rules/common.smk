@@ -46,6 +46,11 @@ def job_memory(stage):
     return lambda wildcards, attempt: _needs(wildcards.case, lambda n: n.memory_mb(attempt, stage), 1000)
 
 
+def core_memory(wildcards, attempt):
+    """Memory [MB] of each core of a simulation, which SLURM's plugin requests instead of mem_mb, which is that of each node."""
+    return -(-job_memory("simulate")(wildcards, attempt) // CHOSEN.ranks)
+
+
 def job_minutes(wildcards, attempt):
     """Wall time of the engine [min], from the prediction; the same."""
     return _needs(wildcards.case, lambda n: n.minutes(attempt), 30)
@@ -81,6 +86,8 @@ PART = "" if set(CHOSEN.cases) == set(CONFIGURED.settings.cases) else "_cases" +
 """After the name of report, picture and verdict where only some cases are asked for: those of all cases stay as they are."""
 SAID = f"The report is in {ROOT}/report{PART}.html"
 LOGS = f"{ROOT}/logs"
+CODE = sources.digest_of_program()
+"""Parameter of every rule that draws, tabulates or computes by code of which no fingerprint of its inputs knows."""
 CONFIG_FILES = [str(CONFIG / name) for name in settings.FILES]
 
 

@@ -20,6 +20,7 @@ rule engine_run:
         config=CONFIG,
         case=ENGINE_CASE,
         scale="smoke",
+        code=CODE,
     log:
         f"{ENGINES}/logs/{{engine}}_{{seed}}.log",
     script:
@@ -33,6 +34,7 @@ rule engine_contacts:
         rows=f"{ENGINES}/contacts/rows.parquet",
     params:
         config=CONFIG,
+        code=CODE,
     log:
         f"{ENGINES}/logs/contacts.log",
     script:
@@ -44,6 +46,8 @@ rule engine_bed:
         table=f"{ENGINES}/bed/seed{{seed}}/bed.parquet",
     wildcard_constraints:
         seed="[0-9]+",
+    params:
+        code=CODE,
     log:
         f"{ENGINES}/logs/bed_{{seed}}.log",
     script:

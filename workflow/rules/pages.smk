@@ -18,6 +18,7 @@ for NAME, (MODULE, PAGE) in PAGES.items():
             page=f"results/{PAGE}",
         params:
             module=MODULE,
+            code=CODE,
         log:
             f"results/{NAME}/logs/page.log",
         threads: lambda wildcards: workflow.cores  # nothing runs beside what is timed

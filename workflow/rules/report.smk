@@ -11,6 +11,7 @@ rule picture:
         picture=report(f"{ROOT}/picture{PART}.png", category="screening"),
     params:
         cases=CASES,
+        code=CODE,
     log:
         f"{LOGS}/picture{PART}.log",
     script:
@@ -23,6 +24,8 @@ rule movie:
     output:
         video=f"{ROOT}/{{case}}/movie.mp4",
         loop=f"{ROOT}/{{case}}/movie.webp",
+    params:
+        code=CODE,
     log:
         f"{LOGS}/{{case}}/movie.log",
     script:
@@ -40,6 +43,7 @@ rule report:
     params:
         config=str(CONFIG),
         content=content(CONFIGURED),
+        code=CODE,
         cases=list(CASES.values()),
         comparisons=COMPARISONS,
         scale=SCALE,

@@ -10,7 +10,7 @@
 #
 # A job is some runs one after the other: a scene with one seed and all its settings, so that what is compared is timed side by
 # side; a row of a map; a batch of cases. Every run leaves a file when it is whole, with a hash of what it was made from: a call
-# that was cut off goes on with the run it was at, and after an edit of the configuration the runs that it touches are done again.
+# that was cut off goes on with the run it was at, and after an edit of configuration or code the runs that it touches are done again.
 
 from studies.accuracy.study import AccuracyStudy
 from studies.effects.study import EffectsStudy
@@ -34,6 +34,7 @@ rule study_job:
     params:
         study=lambda wildcards: STUDIES[wildcards.study],
         job="{job}",
+        code=CODE,
     log:
         "results/studies/{study}/logs/{job}.log",
     wildcard_constraints:
@@ -56,6 +57,7 @@ for STUDY in STUDIES:
         params:
             study=STUDIES[STUDY],
             job=None,
+            code=CODE,
         log:
             f"results/studies/{STUDY}/logs/page.log",
         script:

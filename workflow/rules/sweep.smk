@@ -39,6 +39,7 @@ if SWEEP is not None:
             table=f"{SWEPT.folder}/sweep.parquet",
             page=f"{SWEPT.folder}/report.html",
         params:
+            code=CODE,
             file=SWEEP,
             job=None,
             runs=lambda wildcards: SWEPT.word,

@@ -25,6 +25,8 @@ SCRIPT = "script.json"
 It contains the output steps, steps of contact windows, the step at which the script ended, whether the run resumes from a
 restart file, other forces on spheres, walls without films, and lengths of the box along x, y, z where it is periodic (else 0).
 """
+LOGGED = "ledger.0.bin"
+"""Raw log that is there as long as all are."""
 COME = "come.bin"
 """Raw log of inserted spheres."""
 OF_COME = np.dtype([("id", "<i8"), ("type", "<i8"), ("radius", "<f8"), ("film", "<f8"), ("enters", "<i8")])
@@ -88,11 +90,26 @@ def counts(log: Path) -> tuple[int, int]:
 
 def logged(log: Path) -> bool:
     """Return whether the engine has opened its raw logs."""
-    return (log / "engine" / "ledger.0.bin").exists()
+    return (log / "engine" / LOGGED).exists()
 
 
-def collect(log: Path, windows: int, killed: bool = False) -> None:
+def finish(log: Path) -> bool:
+    """Collect the raw logs that a call left, if it was killed or its disk was full; return whether there were any."""
+    if not logged(log):
+        return False
+    with run_folder.hold(log):
+        if there := logged(log):
+            collect(log, killed=ended_at_step(log) is None)
+    return there
+
+
+def collect(log: Path, killed: bool = False) -> None:
     """Convert the raw logs into tables and delete them; `killed`: the engine could not finish them."""
+    with run_folder.hold(log):
+        _collect(log, killed)
+
+
+def _collect(log: Path, killed: bool) -> None:
     raw, history = log / "engine", log / "history"
     if killed:
         _cut(raw)
@@ -117,14 +134,14 @@ def collect(log: Path, windows: int, killed: bool = False) -> None:
     noted = dict(read_json(log / SCRIPT, "run the script again"))
     contacts = read_table(history / "contacts.parquet", columns=["step"])["step"]
     last = max([0, *outputs, *contacts.tail(1)])
-    write_json(log / SCRIPT, {**noted, "output_steps": outputs, "window_steps": windows, "last_step": int(last)})
-    for path in raw.glob("*.bin"):
+    write_json(log / SCRIPT, {**noted, "output_steps": outputs, "last_step": int(last)})
+    for path in sorted(raw.glob("*.bin"), key=lambda path: path.name != LOGGED):  # the first marks that all are there
         path.unlink()
 
 
 def _cut(raw: Path) -> None:
     """Cut the raw logs after the last output: of later records some were not written, and one only in part."""
-    outputs = np.fromfile(raw / "ledger.0.bin", RAW["ledger"])["step"]
+    outputs = np.fromfile(raw / LOGGED, RAW["ledger"])["step"]
     for path in raw.glob("*.*.bin"):
         kind = RAW[path.name.partition(".")[0]]
         count = path.stat().st_size // kind.itemsize

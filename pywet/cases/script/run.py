@@ -11,7 +11,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pywet import run_folder
 from pywet.cases.script import folder
 from pywet.cases.script.hosts import HOSTS, refuse_ranks
 from pywet.cases.script.refusals import of_box, of_state, refusal
@@ -59,6 +60,8 @@ def run(path: Path, words: list[str], say: Callable[[str], None], engine: str = 
     log = found.line.log
     first = plugin_rank() == 0
     if first and log.exists() and any(log.iterdir()):
+        if folder.finish(log):
+            notice.warning("the raw logs in %s, of a run that was cut off, were collected: pywet replay %s", log, log)
         raise refusal("wet.log", str(log))
     child = os.fork()
     if child == 0:
@@ -68,14 +71,14 @@ def run(path: Path, words: list[str], say: Callable[[str], None], engine: str = 
         status = _exit_status(child)
     except KeyboardInterrupt as stop:
         if first and folder.logged(log):
-            folder.collect(log, found.line.windows, killed=True)
+            folder.collect(log, killed=True)
         left = f"its outputs are in {log}/history; to run it again, name another folder after `log`"
         raise Ended(Ended.of(stop).number, left if log.exists() else "nothing is written: call it again") from None
     if not first:
         raise SystemExit(status if status >= 0 else 128 - status)
     there = folder.logged(log)
     if there:
-        folder.collect(log, found.line.windows, killed=status < 0)
+        folder.collect(log, killed=status != 0)  # also of an engine that a full disk has ended
     if status:
         tables = f"; tables until then are in {log}" if there else ""
         if status == REFUSED:  # its message is printed
@@ -132,9 +135,10 @@ def _engine(found: Found, path: Path, words: list[str], say: Callable[[str], Non
         plugin.finish()
         libc.fflush(None)
         return 1
-    guarded(script.end)
+    last = guarded(script.last)
     host.close()
     plugin.finish()
+    guarded(lambda: script.end(last))
     del callback
     return 0
 
@@ -150,6 +154,7 @@ class _Script:
         self._gravity: list[float] = []
         self._periodic: list[float] = []
         self._log: Path | None = None
+        self._lock = ExitStack()
         self.asked = {b"line": self._at_line, b"run": self.check, b"begin": self.begin}
 
     def _at_line(self) -> None:
@@ -183,7 +188,12 @@ class _Script:
         raw = self._log / "engine"
         if plugin_rank() == 0:
             noted: dict[str, Any] = {"restored": bool(state["restored"]), "other_forces": other_forces(state)}
-            noted |= {"dry_walls": dry_walls(state, self.wet), "periodic_m": self._periodic}
+            noted |= {
+                "window_steps": self.line.windows,
+                "dry_walls": dry_walls(state, self.wet),
+                "periodic_m": self._periodic,
+            }
+            self._lock.enter_context(run_folder.hold(self._log))  # until this process ends
             folder.begin(self._log, surfaces, scene, noted)
             record.leave_reference(self._log, self.wet.laws.reference)
         self._note(scene, table)
@@ -224,12 +234,13 @@ class _Script:
                 folder.write_scene(self._log, scene)
             folder.note(self._log, come)
 
-    def end(self) -> None:
-        """Note the last step of the script, which need not be an output."""
-        if not self._log:
-            return
-        last = int(json.loads(self._plugin.script_state())["last"])  # on all ranks: the engine compares their radii
-        if plugin_rank() == 0:
+    def last(self) -> int:
+        """Return the last step of the script, which need not be an output; on all ranks: the engine compares their radii."""
+        return int(json.loads(self._plugin.script_state())["last"]) if self._log else -1
+
+    def end(self, last: int) -> None:
+        """Note the last step of the script, whose logs are complete."""
+        if self._log and plugin_rank() == 0:
             folder.note_end(self._log, last)
             for k in self._spheres.unused:
                 notice.warning("%s: entry %d of first_films applied to no sphere", self.line.liquid, k)

@@ -116,7 +116,7 @@ def _run_engine(job: Job, launch: Callable[..., Usage], passed: Sequence[str]) -
     point, spheres = _begin(job, passed)
     recorder = checkpoint.Recorder(folder, scene, job.plugin is not None, spheres, point)
     started = time.monotonic()
-    with progress_bar(scene, job.progress) as report:
+    with progress_bar(scene, job.progress, point.step if point else 0) as report:
         try:
 
             def watch() -> None:

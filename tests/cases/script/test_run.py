@@ -182,8 +182,43 @@ def test_a_line_that_the_engine_reads_otherwise_than_the_text(tmp_path: Path) ->
     assert not (tmp_path / "wet").exists()
 
 
-def test_a_script_that_a_signal_ends_leaves_the_tables_of_its_outputs(tmp_path: Path) -> None:
-    """In the middle of a record of the contact log, which is longer than its buffer between two outputs."""
+FULL = """
+from pywet.cases.script import folder
+from pywet.cli.app import app
+from pywet.errors import PywetError
+
+def full(*_):
+    raise PywetError("No space left on device")
+
+folder._mesh_motion = full
+app()
+"""
+"""`pywet` with a disk that is full when half of the tables are made."""
+
+
+def test_what_a_full_disk_left_of_a_script_is_collected_by_the_next_call(tmp_path: Path) -> None:
+    """To the end of the script, which is after its last output; a second time there is nothing left to collect."""
+    write(tmp_path, line="fix wet all pywet liquid wet.yaml windows 7", after="run 1900\n")
+    done = run(tmp_path, sys.executable, "-c", FULL, "liggghts")
+    assert done.returncode == 1 and "No space left on device" in done.stderr, done.stderr
+    assert not (tmp_path / "wet" / "trajectory.parquet").exists()
+    for collected in (True, False):
+        done = run(tmp_path)
+        assert done.returncode == 1 and "holds something already" in read(done.stderr), done.stderr
+        assert ("of a run that was cut off, were collected" in read(done.stderr)) == collected
+    events, ledger = (table(tmp_path, name) for name in ("events", "ledger"))
+    assert ledger["step"].tolist() == [1, 1001] and events["step"].max() > 1001
+    assert folder.ended_at_step(tmp_path / "wet") == 1901 and not folder.logged(tmp_path / "wet")
+    assert json.loads((tmp_path / "wet" / SCRIPT).read_text())["window_steps"] == 7
+    assert outcome(tmp_path / "wet")["status"] == "in part"
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_a_script_that_a_signal_ends_leaves_the_tables_of_its_outputs(tmp_path: Path, number: signal.Signals) -> None:
+    """In the middle of a record of the contact log, which is longer than its buffer between two outputs.
+
+    After SIGKILL the next call makes them; as long as the script runs a second call does not touch its logs.
+    """
 
     def heed() -> None:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -203,9 +238,15 @@ def test_a_script_that_a_signal_ends_leaves_the_tables_of_its_outputs(tmp_path: 
     ):
         assert call.poll() is None and time.monotonic() < until, call.communicate()[1]
         time.sleep(0.01)
-    os.kill(call.pid, signal.SIGTERM)
+    if number == signal.SIGKILL:
+        assert "another run is active in wet" in read(run(tmp_path).stderr)
+    os.kill(call.pid, number)
     message = read(call.communicate(timeout=60)[1])
-    assert call.returncode == 143 and "ended by SIGTERM; its outputs are in wet/history" in message, message
+    if number == signal.SIGKILL:
+        done = run(tmp_path)
+        assert (call.returncode, done.returncode) == (-9, 1) and "were collected" in read(done.stderr), done.stderr
+    else:
+        assert call.returncode == 143 and "ended by SIGTERM; its outputs are in wet/history" in message, message
     assert "checkpoint" not in message
     with pytest.raises(ProcessLookupError):
         os.killpg(call.pid, 0)
