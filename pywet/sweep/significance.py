@@ -31,9 +31,10 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Term:
-    """A main effect or an interaction of two axes (a zip is one): share of the variation, change of the result, p (None: no estimate)."""
+    """A main effect or an interaction of two axes: share of the variation, change of the result, p (None: no error estimate)."""
 
     axes: tuple[str, ...]
+    """Names; those of a zip are one, `a + b`."""
     share: float
     change: float
     """Largest minus smallest fitted contribution over the points."""
