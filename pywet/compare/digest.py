@@ -18,6 +18,7 @@ import numpy as np
 from scipy import stats
 
 from pywet.cases.small.scenes import RESULT
+from pywet.compare import common_end
 from pywet.compare.grouping import same_scene
 from pywet.compare.quantities import RunData, beyond_seed, facts, read_run, unlike
 from pywet.errors import PywetError
@@ -101,8 +102,11 @@ def numbers_of(run: RunData) -> dict[str, tuple[float, float, str]]:
 
 
 def numbers_in(run_dir: Path) -> dict[str, tuple[float, float, str]]:
-    """Return the numbers of a run directory, including those of scene_result.json, if written by `pywet scene`."""
-    numbers = numbers_of(read_run(run_dir))
+    """Return the numbers of a run directory, including those of scene_result.json, if written by `pywet scene`.
+
+    Those of a run with `until`, except for its screen, are of the time that all runs of its scene reach.
+    """
+    numbers = numbers_of(read_run(run_dir, common_end.of_scene(run_dir)))
     for name, value in (read_if_there(Path(run_dir) / RESULT, shape=dict[str, Any]) or {}).items():
         if isinstance(value, int | float):
             numbers[f"result {name}"] = (float(value), abs(float(value)) or 1.0, unit_of(name) or "1")

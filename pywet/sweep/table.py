@@ -67,7 +67,7 @@ def _row(plan: Plan, run: Run) -> dict[str, Any]:
 
 
 def _notes(plan: Plan, place: Path, found: Numbers) -> list[str]:
-    """Say why a run has no cut size, or that it is at an end of the sizes, that a screen is not steady, why there is no wall time."""
+    """Say why a run has no cut size or one at an end of the sizes, that its screen is not steady, why it has no wall time."""
     notes = []
     if SCREEN.keys() & {*plan.results} and (numbers := stored(place)):
         if CUT_SIZE in plan.results and (where := cut_position(numbers)) != WITHIN:
