@@ -150,8 +150,9 @@ def test_the_numbers_of_the_screen_and_checks_decide(
 
 
 def test_a_deck_that_is_not_steady_is_named(
-    runs: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    runs: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:
+    """By `pywet compare` in its output, by `pywet digest` and `--digest` in notices."""
     moving = shutil.copytree(runs[0], tmp_path / "moving")
     given = json.loads((moving / "results" / "screen.json").read_text())
     (moving / "results" / "screen.json").write_text(json.dumps({**given, "steady": False, "from_s": 1.5}))
@@ -159,6 +160,8 @@ def test_a_deck_that_is_not_steady_is_named(
     assert found.notes == [f"not steady: means over the last 0.5 s of the feed in {moving}"]
     command.show(found)
     assert found.notes[0] in capsys.readouterr().out.splitlines()
+    digest.check(digest.of_runs("decks", "command", [moving]), moving)
+    assert caplog.text.count(f"{moving}: not steady: means over the last 0.5 s of the feed") == 2
 
 
 def test_another_film_on_some_spheres_is_another_scene(runs: list[Path], tmp_path: Path) -> None:
