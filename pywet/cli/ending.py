@@ -121,7 +121,7 @@ def _retained(runs: Sequence[RunDir]) -> Iterator[str]:
 def _screen(runs: Sequence[RunDir]) -> Iterator[str]:
     """Return the lines on the screen of a custom scene, of several seeds the means."""
     from pywet.products import screening_report, until
-    from pywet.report.screen_page import five, over_seeds, unsteady
+    from pywet.report.screen_page import five, over_seeds
 
     if all(_screened(run) for run in runs):
         read = [numbers for run in runs if (numbers := screening_report.stored(run.path))]
@@ -130,7 +130,7 @@ def _screen(runs: Sequence[RunDir]) -> Iterator[str]:
         yield from (f"{name}  {value}" for name, value in zip(names, words.values(), strict=True))
         if len(read) > 1:
             yield f"±: 95 % interval of the mean over {len(read)} seeds"
-        if warning := next(filter(None, map(unsteady, read)), None):
+        if warning := next(filter(None, map(screening_report.unsteady, read)), None):
             yield warning
     if known := runs[0].json(until.RESULT, Any):
         yield until.sentence(known)

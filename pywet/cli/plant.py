@@ -34,6 +34,7 @@ def screen_numbers(
 
     Example: pywet screen results/smoke/case02"""
     from pywet.compare import grouping
+    from pywet.products import screening_report
     from pywet.report import screen_page
     from pywet.runs.distinct_seeds import distinct_seeds
 
@@ -46,7 +47,7 @@ def screen_numbers(
         table.add_row(name, *(column.get(name, "–") for column in columns))
     out.print(table)
     for run, numbers in found.items():
-        for warning in filter(None, (screen_page.unsteady(numbers), screen_page.unlevel(numbers))):
+        for warning in filter(None, (screening_report.unsteady(numbers), screen_page.unlevel(numbers))):
             tell(f"{f'{run}: ' if len(found) > 1 else ''}{warning}")
     for line in dict.fromkeys(line for run in found for line in screen_page.left_out(run)):
         tell(line)

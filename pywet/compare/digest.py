@@ -18,6 +18,7 @@ import numpy as np
 from scipy import stats
 
 from pywet.cases.small.scenes import RESULT
+from pywet.compare import common_end
 from pywet.compare.grouping import same_scene
 from pywet.compare.quantities import RunData, beyond_seed, facts, read_run, unlike
 from pywet.errors import PywetError
@@ -26,6 +27,7 @@ from pywet.runs.summary import commit, versions
 from pywet.scene import EngineScene
 from pywet.schema import unit_of
 from pywet.util.files import read_if_there, read_model, write_json
+from pywet.util.notices import notice
 
 FORMER = {"standing bridges": "active bridges"}
 """Former name of a quantity of stored digests -> its present one."""
@@ -101,8 +103,11 @@ def numbers_of(run: RunData) -> dict[str, tuple[float, float, str]]:
 
 
 def numbers_in(run_dir: Path) -> dict[str, tuple[float, float, str]]:
-    """Return the numbers of a run directory, including those of scene_result.json, if written by `pywet scene`."""
-    numbers = numbers_of(read_run(run_dir))
+    """Return the numbers of a run directory, including those of scene_result.json, if written by `pywet scene`.
+
+    Those of a run with `until`, except for its screen, are of the time that all runs of its scene reach.
+    """
+    numbers = numbers_of(read_run(run_dir, common_end.of_scene(run_dir)))
     for name, value in (read_if_there(Path(run_dir) / RESULT, shape=dict[str, Any]) or {}).items():
         if isinstance(value, int | float):
             numbers[f"result {name}"] = (float(value), abs(float(value)) or 1.0, unit_of(name) or "1")
@@ -130,6 +135,7 @@ def of_runs(name: str, command: str, paths: Sequence[Path]) -> Digest:
     runs = [read_run(p) for p in paths]
     scene = facts(runs[0].scene, runs[0].path)
     for run in runs:
+        _name_notes(run)
         who = f"{runs[0].path} and {run.path}"
         _same_scene(scene, run.scene, who, run.path)
         if not same_scene(runs[0].path, run.path):
@@ -158,6 +164,12 @@ def _refuse(differs: Sequence[str], who: str) -> NoReturn:
         f"{who} differ in {', '.join(differs)}; expected runs of one scene",
         code="digest.scenes", key=", ".join(differs),
     )  # fmt: skip
+
+
+def _name_notes(run: RunData) -> None:
+    """Print what limits the numbers of a run, such as a deck that is not steady."""
+    for note in run.notes:
+        notice.warning("%s: %s", run.path, note)
 
 
 def provenance() -> dict[str, str]:
@@ -236,5 +248,6 @@ def check(digest: Digest, run_dir: Path) -> list[Row]:
         )  # fmt: skip
     run, word = read_run(run_dir), Path(run_dir).name
     _same_scene(digest.scene, run.scene, f"the digest {digest.name} ({digest.command}) and {run_dir}", run.path)
+    _name_notes(run)
     failed = [Row(word, check, value, 0.0, 0.0, "", True) for check, (ok, value) in run.checks.items() if not ok]
     return [*failed, *against(digest, word, numbers_in(run_dir))]

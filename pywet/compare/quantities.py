@@ -17,8 +17,10 @@ import numpy as np
 import pandas as pd
 
 from pywet.cases.screening.verdict import LEDGER_TOLERANCE
-from pywet.cases.small.bodies import coordination, last
+from pywet.cases.small.bodies import coordination
+from pywet.compare import common_end
 from pywet.errors import PywetError
+from pywet.laws.contact import film_thickness
 from pywet.products import screening_report, streams
 from pywet.products.partition import WITHIN
 from pywet.runs.rundir import Floats, RunDir
@@ -33,6 +35,8 @@ CASE = "case"
 """Key of the name among the `facts`: it may differ for user-defined scenes, and wherever another setting may."""
 PROPERTIES = "liquid properties"
 """Key of surface tension, viscosity and density, which a dry scene has not."""
+FILMS = "initial films"
+"""Key of the thicknesses of the first films by class, of which the key `liquid` has the largest."""
 EXTENTS = "wall extents"
 """Key of the corners of a box around each wall, which are read from the run directory."""
 DECIMALS = 9
@@ -71,7 +75,7 @@ class RunData:
     held: dict[str, Any]
     """Amount of data in the run, all that its scene planned: steps, outputs, windows, rows of each table."""
     notes: list[str] = field(default_factory=list)
-    """Decks whose cut size sizes on both sides do not enclose."""
+    """Decks whose cut size sizes on both sides do not enclose or that are not steady; the end of a part."""
 
     def fingerprint(self) -> dict[str, str]:
         """Digest of the content of each table (not of its file)."""
@@ -87,7 +91,8 @@ class RunData:
 def facts(scene: EngineScene, folder: Path | None = None) -> dict[str, Any]:
     """Return what defines the case of a scene as plain data; laws, time step, engine and seed are not part of it.
 
-    `folder`: the run directory, for the extents of the walls.
+    `folder`: the run directory, for the initial films and the extents of the walls. The duration of a run with `until`
+    is that of a block, since their number depends on the seed.
     """
     motions = (scene.slide, scene.rotation, *(w.motion_parameters for w in scene.walls))
     message = {
@@ -97,7 +102,7 @@ def facts(scene: EngineScene, folder: Path | None = None) -> dict[str, Any]:
         PROPERTIES: None if scene.liquid is None else scene.liquid.model_dump(exclude={"initial_film_thickness_m"}),
         "materials": [[p.friction, p.rolling_friction_m, p.restitution] for p in scene.pairs],
         "contact angles": [c.contact_angle_rad for c in scene.classes] + [w.contact_angle_rad for w in scene.walls],
-        "duration": scene.duration_s,
+        "duration": scene.block_s if scene.blocks else scene.duration_s,
         "walls": [[w.name, w.reservoir, w.motion, len(w.triangle_part)] for w in scene.walls],
         "hertz": None if scene.hertz is None else scene.hertz.model_dump(mode="json"),
         "vibration": None if scene.vibration is None else scene.vibration.model_dump(mode="json"),
@@ -108,9 +113,19 @@ def facts(scene: EngineScene, folder: Path | None = None) -> dict[str, Any]:
         "periodic": [scene.periodic, scene.periods_m],
         "outlets": [outlet.model_dump(mode="json") for outlet in scene.outlets],
         "insertion": [None if c.insertion is None else c.insertion.model_dump(mode="json") for c in scene.classes],
+        FILMS: None if folder is None else _films(RunDir(folder)),
         EXTENTS: None if folder is None else _extents(RunDir(folder)),
     }
     return dict(json.loads(json.dumps(message)))
+
+
+def _films(run: RunDir) -> list[list[float]] | None:
+    """Return the different thicknesses of the first films on the spheres of each class [m]; None for a dry scene."""
+    spheres = run.table_if_there("history/spheres")
+    if run.scene.liquid is None or spheres is None:
+        return None
+    thickness = film_thickness(spheres["film"], spheres["radius"]).groupby(spheres["type"]).unique()
+    return [sorted({float(f"{value:.6g}") for value in of}) for of in thickness]
 
 
 def _extents(run: RunDir) -> list[list[float]] | None:
@@ -142,15 +157,18 @@ def unlike(
             f"--across {unknown[0]} was given; expected a setting that may differ: {known}",
             code="compare.across", key="--across", given=unknown[0], expected=known,
         )  # fmt: skip
-    free |= {name for name in (PROPERTIES, EXTENTS) if None in (wanted.get(name), there[name])}
+    free |= {name for name in (PROPERTIES, FILMS, EXTENTS) if None in (wanted.get(name), there[name])}
+    if "liquid" in free or wanted.get("liquid") != there["liquid"]:
+        free.add(FILMS)
     return [name for name in wanted if name not in free and wanted[name] != there.get(name)]
 
 
-def read_run(run_dir: Path) -> RunData:
-    """Read all quantities of a complete run that are compared."""
+def read_run(run_dir: Path, end_s: float | None = None) -> RunData:
+    """Read all quantities of a complete run that are compared; those of its screen are means, all others end at `end_s` [s]."""
     run = RunDir(Path(run_dir))
     scene, held, screens = run.scene, _whole(run), _evaluated(run)
-    quantities = [*_screen(screens), *_retained(run), *_liquid(run), *_counts(run), *_energies(run), *_bed(run)]
+    part = common_end.beginning(run, end_s)
+    quantities = [*_screen(screens), *_retained(part), *_liquid(part), *_counts(part), *_energies(part), *_bed(part)]
     if not quantities:
         raise PywetError(
             f"{run.path} has no results; expected a finished run: run it again",
@@ -158,6 +176,9 @@ def read_run(run_dir: Path) -> RunData:
         )  # fmt: skip
     where = {of: screening_report.cut_position(numbers) for of, numbers in screens.items()}
     notes = [f"{of}cut size: {position}" for of, position in where.items() if position != WITHIN]
+    notes += [f"{of}{warning}" for of, n in screens.items() if (warning := screening_report.unsteady(n))]
+    if part is not run:
+        notes.append(f"all but the screen: of the first {end_s:.4g} s, which all runs reach,")
     return RunData(run.path, scene, {q.name: q for q in quantities}, dict(_checks(run)), held, notes)
 
 
@@ -282,11 +303,10 @@ def _energies(run: RunDir) -> Iterator[Quantity]:
 
 def _bed(run: RunDir) -> Iterator[Quantity]:
     """Yield the state of the bed at the end: mean height, height of the upper tenth, touching neighbours per sphere."""
-    if not (run.path / "trajectory.parquet").exists():
+    places = run.table_if_there("trajectory")
+    if places is None or places.empty:
         return
-    end = last(run.path)
-    if end.empty:
-        return
+    end = places[places["step"] == places["step"].max()].sort_values("id")
     radius = end["type"].map({c.type: c.radius_m for c in run.scene.classes}).to_numpy(float)
     up = -np.asarray(run.scene.gravity_m_per_s2)
     up = up / np.linalg.norm(up) if up.any() else np.array([0.0, 0.0, 1.0])

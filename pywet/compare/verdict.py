@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 
-from pywet.compare import statistics
+from pywet.compare import common_end, statistics
 from pywet.compare.grouping import same_scene
 from pywet.compare.quantities import CASE, RESULTS, Quantity, RunData, beyond_seed, facts, read_run, unlike
 from pywet.compare.statistics import LEVEL, ROUND_OFF, Sample
@@ -58,7 +58,10 @@ class Row:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Result of a comparison; `verdict` is its one-sentence summary."""
+    """Result of a comparison; `verdict` is its one-sentence summary.
+
+    `different`: whether a quantity differs, in single runs of a screen one of its numbers, or a check failed.
+    """
 
     a: list[str]
     b: list[str]
@@ -73,7 +76,7 @@ class Comparison:
     left_out: list[str]
     """Quantities that only some of the runs have."""
     notes: list[str]
-    """Cut sizes that sizes on both sides do not enclose, with the runs."""
+    """Cut sizes that sizes on both sides do not enclose, decks that are not steady, ends of parts, with the runs."""
     end: str
     """A quantity in both groups, and its difference with interval.
 
@@ -103,7 +106,8 @@ def read_groups(
 
     Runs of one group differ in the seed only, and each seed is counted once, unless `force`.
     """
-    groups = [[read_run(p) for p in paths] for paths in (a, b)]
+    end_s = common_end.of_runs([*a, *b])
+    groups = [[read_run(p, end_s) for p in paths] for paths in (a, b)]
     if not force:
         _comparable(groups, across)
         groups = [_seeds(group) for group in groups]
@@ -130,7 +134,8 @@ def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, across: S
         used = LEVEL
     if broken:
         verdict += f"; {broken}"
-    different = any(r.different for r in rows) or bool(broken)
+    decisive = [r for r in rows if not method.startswith(WITHIN_ONE) or groups[0][0].quantities[r.quantity].of_screen]
+    different = any(r.different for r in decisive) or bool(broken)
     compared = {label: [whole.sentence(r.held) for r in group] for label, group in zip("ab", groups, strict=True)}
     left_out = [n for n in every if n not in names]
     end = _headline(groups, names, rows)
@@ -228,26 +233,31 @@ def _same_tables(groups: list[list[RunData]]) -> None:
 
 
 def _comparable(groups: list[list[RunData]], across: Sequence[str]) -> None:
+    first = groups[0][0]
     for group in groups:
-        for first, run, free in ((groups[0][0], group[0], across), *((group[0], run, ()) for run in group[1:])):
-            differs = unlike(facts(first.scene, first.path), run.scene, free, run.path)
-            settings = [name for name in differs if name != CASE]
-            differs = settings or (differs if first.scene.slide else [])
-            if differs:
-                named = " ".join(f"--across '{name}'" if " " in name else f"--across {name}" for name in differs)
-                raise NotComparable(
-                    f"{first.path} and {run.path} differ in {', '.join(differs)}; expected the same case at the same"
-                    f" scale ({named} compares groups across it, --force whatever differs)",
-                    code="compare.scenes", given=tuple(differs), where=run.path,
-                )  # fmt: skip
+        if differs := _settings(first, group[0], across):
+            named = " ".join(f"--across '{name}'" if " " in name else f"--across {name}" for name in differs)
+            raise NotComparable(
+                f"{first.path} and {group[0].path} differ in {', '.join(differs)}; expected the same case at the same"
+                f" scale ({named} compares groups across it, --force whatever differs)",
+                code="compare.scenes", given=tuple(differs), where=group[0].path,
+            )  # fmt: skip
         for run in group[1:]:
-            if not same_scene(group[0].path, run.path):
+            differs = _settings(group[0], run)
+            if not differs and not same_scene(group[0].path, run.path):
                 differs = beyond_seed(group[0].scene, run.scene)
+            if differs:
                 raise NotComparable(
                     f"{group[0].path} and {run.path} of one group differ in {', '.join(differs)}; expected runs of one group to "
                     "differ in the seed only: compare them as two groups (--a, --b), or use --force",
                     code="compare.scenes", given=tuple(differs), where=run.path,
                 )  # fmt: skip
+
+
+def _settings(one: RunData, other: RunData, across: Sequence[str] = ()) -> list[str]:
+    """Name the settings in which the cases of two runs differ; the name alone is one for screening cases only."""
+    differs = unlike(facts(one.scene, one.path), other.scene, across, other.path)
+    return [name for name in differs if name != CASE] or (differs if one.scene.slide else [])
 
 
 def _seeds(group: list[RunData]) -> list[RunData]:
@@ -313,7 +323,7 @@ def _single(a: RunData, b: RunData, names: list[str]) -> tuple[str, list[Row], s
         verdict = f"the runs agree within round-off (largest deviation {worst.deviation:.1e}, {worst.quantity})"
     elif any(a.quantities[name].of_screen for name in names):
         return (
-            f"{WITHIN_ONE}; other quantities: equal digit by digit, within round-off, or not",
+            f"{WITHIN_ONE}; other quantities, which do not decide: equal digit by digit, within round-off, or not",
             rows,
             _of_screen(a, rows),
         )
@@ -355,7 +365,7 @@ def _of_screen(a: RunData, rows: list[Row]) -> str:
         f"{f': {_listed(called)}' if called else ''}"
     )
     if unknown:
-        message += f"; without an interval: {_listed(unknown)}"
+        message += f"; without an interval, but different: {_listed(unknown)}"
     return f"{message}; other seeds may scatter more: compare several seeds"
 
 

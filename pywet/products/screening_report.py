@@ -222,6 +222,13 @@ def cut_position(numbers: dict[str, Any]) -> str:
     return str(numbers.get("d50_position") or (WITHIN if numbers["d50_mm"] is not None else "outside the sizes"))
 
 
+def unsteady(numbers: dict[str, Any]) -> str | None:
+    """Return a sentence if the means are not those of a steady state."""
+    if numbers["steady"]:
+        return None
+    return f"not steady: means over the last {numbers['to_s'] - numbers['from_s']:.3g} s of the feed"
+
+
 def tables(run: RunDir, deck: int = 1) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Read the partition curve and the time series of the last evaluation of a deck, whatever its options."""
     curve, series = (run.table(f"results/{of_deck(name, deck)}") for name in ("partition", "screen_series"))

@@ -75,8 +75,7 @@ def in_blocks(scene: EngineScene, until: Until, blocks: int | None) -> EngineSce
         )
     every = schedule.checkpoint_every(scene)
     size = every * max(1, round((until.block_s or scene.duration_s / BLOCKS) / step / every))
-    most, skipped = scene.steps // size, math.ceil((until.from_s or 0.0) / (size * step) - 1e-9)
-    least = skipped + until.least_blocks
+    most, least = scene.steps // size, fewest(until, size * step)
     if most < least:
         raise ConfigError(
             f"{name}: {most} blocks of {size * step:.4g} s fit into duration_s, {scene.duration_s:g} s; expected at least "
@@ -106,6 +105,11 @@ def in_blocks(scene: EngineScene, until: Until, blocks: int | None) -> EngineSce
         )
     refuse_skipped(whole)
     return whole.of_blocks(min(most, blocks or least))
+
+
+def fewest(until: Until, block_s: float) -> int:
+    """Return the number of blocks of the shortest run."""
+    return math.ceil((until.from_s or 0.0) / block_s - 1e-9) + until.least_blocks
 
 
 def most_blocks(scene: EngineScene) -> int:

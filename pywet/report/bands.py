@@ -229,7 +229,9 @@ def _liquid(runs: Sequence[RunDir], group: str, panels_by: Mapping[str, Panel]) 
         tables = [table for run in runs if (table := run.table_if_there(name)) is not None]
         reservoirs = list(dict.fromkeys(c for table in tables for c in _reservoirs(table, name.endswith("wall"))))
         time, initial, end = ("time", "initial", "") if name == "history/ledger" else ("time_s", "initial_m3", "_m3")
+        last = min((table[time].max() for table in tables), default=0.0)  # of the shortest run, as of the band
         for table in tables:
+            put_in = table[initial][table[time] <= last + 1e-12].max() or 1.0
             opened = "time_since_opening_s" in table
             at, panel = table["time_since_opening_s" if opened else time], panels_by[SINCE_OPENING if opened else TIME]
             shares: dict[str, Any] = {}
@@ -239,7 +241,7 @@ def _liquid(runs: Sequence[RunDir], group: str, panels_by: Mapping[str, Panel]) 
                 curve = curve or word.removeprefix("outlet_").replace("_", " ")
                 if len(reservoirs) > MOST:  # all spheres, all walls
                     curve = JOINED.get(word.partition("_")[0], curve)
-                shares[curve] = shares.get(curve, 0.0) + table[reservoir] / (table[initial].max() or 1.0)
+                shares[curve] = shares.get(curve, 0.0) + table[reservoir] / put_in
             for curve, share in shares.items():
                 panel.add(group, curve, at, share)
         if tables:

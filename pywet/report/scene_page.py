@@ -105,7 +105,10 @@ def _screens(evaluated: list[screen_page.Evaluated], words: dict[str, str], runs
     of_first = [
         replace(s, heading=f"{s.heading}, of {runs[0].path.name} alone", short=f"{s.short} of one") for s in sections
     ]
-    return [page.Section("Screen", table, "Screen"), *of_first]
+    read = ((run.path.name, screening_report.stored(run.path)) for run in runs)
+    moving = [name for name, numbers in read if numbers and screening_report.unsteady(numbers)]
+    warning = page.paragraph(f"Not steady: {', '.join(moving)}.") if moving else ""
+    return [page.Section("Screen", warning + table, "Screen"), *of_first]
 
 
 def _cards(words: dict[str, str], runs: seeds.Runs, found: verdict.CheckResult) -> list[page.Card]:

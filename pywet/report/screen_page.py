@@ -17,7 +17,7 @@ from pywet.products import apertures, screening_report, until
 from pywet.products.apertures import of_deck
 from pywet.products.feed import not_simulated
 from pywet.products.partition import LEFT_NONE, WITHIN
-from pywet.products.screening_report import cut_position
+from pywet.products.screening_report import cut_position, unsteady
 from pywet.products.streams import PRODUCTS, asked_from, decks
 from pywet.report import page
 from pywet.report.pictures import COLOURS, INK, STYLE, colours, legend, panels, plt
@@ -137,13 +137,6 @@ def cards(words: dict[str, str]) -> list[page.Card]:
         first, *more = re.split(r"(?= \()|, ", value, maxsplit=1)
         found.append(page.Card(first, " ".join([name, *(m.strip() for m in more)])))
     return found
-
-
-def unsteady(numbers: dict[str, Any]) -> str | None:
-    """Return a sentence if the means are not those of a steady state."""
-    if numbers["steady"]:
-        return None
-    return f"not steady: means over the last {numbers['to_s'] - numbers['from_s']:.3g} s of the feed"
 
 
 def unlevel(numbers: dict[str, Any]) -> str | None:

@@ -87,7 +87,7 @@ def _axes(plan: Plan) -> dict[str, Axis]:
     found = {}
     for key, axis in plan.sweep.axes.items():
         values = [axis.low, axis.high] if axis.is_range else list(axis.listed)
-        if any(isinstance(v, str | bool) for v in values) or len(set(values)) < 2 or plan.sweep.zips:
+        if any(isinstance(v, str | bool) for v in values) or len(set(values)) < 2 or len(plan.sweep.factor(key)) > 1:
             raise ConfigError(
                 f"{plan.file}: the axis {key} is not a range of numbers of its own; expected numerical axes without zips for "
                 "adaptive sampling",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -236,11 +236,18 @@ class Sweep(Strict):
         return self
 
     @property
+    def factors(self) -> list[tuple[str, ...]]:
+        """Return the axes, those of a zip together, in the order of the file: all that changes independently."""
+        return list(dict.fromkeys(map(self.factor, self.axes)))
+
+    def factor(self, key: str) -> tuple[str, ...]:
+        """Return the axes of the zip of an axis; the axis alone without one."""
+        return next((group for group in self.zips if key in group), (key,))
+
+    @property
     def groups(self) -> list[tuple[str, ...]]:
-        """Return the axes with listed values, those of a zip together, in the order of the file."""
-        of = {key: group for group in self.zips for key in group}
-        listed = [key for key, axis in self.axes.items() if not axis.is_range]
-        return list(dict.fromkeys(of.get(key, (key,)) for key in listed))
+        """Return the factors with listed values."""
+        return [group for group in self.factors if not self.axes[group[0]].is_range]
 
     @property
     def ranges(self) -> list[str]:
@@ -252,6 +259,15 @@ class Sweep(Strict):
         grid = math.prod(len(self.axes[group[0]].listed) for group in self.groups)
         drawn = (self.design.latin_hypercube or self.design.sobol or 1) if self.design else 1
         return grid * drawn * self.seeds
+
+
+def joined(group: Iterable[str]) -> str:
+    """Return the name of axes that change together.
+
+    >>> joined(["width_mm", "length_mm"])
+    'width_mm + length_mm'
+    """
+    return " + ".join(group)
 
 
 RESERVED = ("point", "seed", "status", "reason", "run")

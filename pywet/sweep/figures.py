@@ -117,7 +117,8 @@ def response_map(sweep: Sweep, rows: pd.DataFrame, result: str, x: str, y: str) 
     response = surface.through(sweep, rows, result, [x, y])
     if response is None:
         raise PywetError(
-            f"{len(rows)} runs do not determine a surface of second order over {x} and {y}; expected at least 7 points",
+            f"{len(rows)} runs do not determine a surface of second order over {x} and {y}; expected at least 7 points, "
+            "and axes that change independently",
             code="sweep.map_points", given=len(rows), expected=7,
         )  # fmt: skip
     lines = [_spaced(rows[key].to_numpy(float), sweep.axes[key].logarithmic) for key in (x, y)]

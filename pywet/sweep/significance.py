@@ -1,7 +1,8 @@
 """Significance in a sweep: main effects and interactions by F tests, and points that do not differ from the best one.
 
 A numerical axis is represented by a polynomial of second order (first for two values) on its scale, text by its
-levels; the interaction of two axes by the products of their first terms. The F of a term compares the least-squares
+levels, axes of a zip by the first of them with text, or else the first; the interaction of two axes by the products of
+their first terms. The F of a term compares the least-squares
 fits with and without it; the error is the scatter of seeds if there are several, otherwise the residual of the full
 fit. p is adjusted by Holm over the terms of a result, and two points are compared by the tests of `pywet compare`.
 
@@ -22,7 +23,7 @@ from scipy import stats
 
 from pywet.compare import statistics
 from pywet.compare.statistics import LEVEL, Finding, Floats, Sample, holm
-from pywet.sweep.description import Sweep
+from pywet.sweep.description import Sweep, joined
 from pywet.sweep.table import DONE
 
 CONFIDENCE = 0.95
@@ -33,6 +34,7 @@ class Term:
     """A main effect or an interaction of two axes: share of the variation, change of the result, p (None: no error estimate)."""
 
     axes: tuple[str, ...]
+    """Names; those of a zip are one, `a + b`."""
     share: float
     change: float
     """Largest minus smallest fitted contribution over the points."""
@@ -74,14 +76,18 @@ def _columns(sweep: Sweep, made: pd.DataFrame) -> dict[tuple[str, ...], Floats]:
     first: dict[str, Floats] = {}
     found: dict[tuple[str, ...], Floats] = {}
     numerical = coordinates(sweep, made)
-    for key in sweep.axes:
+    for group in sweep.factors:
+        name, varied = joined(group), [key for key in group if len(made[key].unique()) > 1]
+        if not varied:
+            continue
+        key = next((key for key in varied if key not in numerical), varied[0])
         if key in numerical:
             u = numerical[key]
-            first[key] = u[:, None]
-            found[(key,)] = np.column_stack([u, u**2]) if made[key].nunique() > 2 else first[key]
-        elif len(made[key].unique()) > 1:
+            first[name] = u[:, None]
+            found[(name,)] = np.column_stack([u, u**2]) if made[key].nunique() > 2 else first[name]
+        else:
             levels = pd.get_dummies(made[key].astype(str), drop_first=True).to_numpy(float)
-            first[key] = found[(key,)] = levels - levels.mean(axis=0)
+            first[name] = found[(name,)] = levels - levels.mean(axis=0)
     for a, b in combinations(first, 2):
         found[a, b] = np.einsum("ni,nj->nij", first[a], first[b]).reshape(len(made), -1)
     return found

@@ -34,7 +34,12 @@ class Response:
 
 
 def through(sweep: Sweep, made: pd.DataFrame, result: str, keys: list[str]) -> Response | None:
-    """Fit a surface of a result over numerical axes to all given rows, a run once at each place; None if they are too few."""
+    """Fit a surface of a result over numerical axes to all given rows, a run once at each place.
+
+    It is None if they are too few, or if axes are of one zip, whose points are along a line.
+    """
+    if len({sweep.factor(key) for key in keys}) < len(keys):
+        return None
     rows = made[(made["status"] == DONE) & made[result].notna()].drop_duplicates([*keys, "run"])
     if rows.empty:
         return None

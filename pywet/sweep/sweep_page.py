@@ -16,6 +16,7 @@ from pywet.errors import PywetError
 from pywet.report import page
 from pywet.report.pictures import STYLE, panels, plt
 from pywet.sweep import figures, significance, surface
+from pywet.sweep.description import joined
 from pywet.sweep.plan import Plan
 from pywet.sweep.significance import Effects, Optimum
 from pywet.sweep.table import DONE, FAILED
@@ -24,7 +25,7 @@ from pywet.sweep.table import NAME as TABLE
 NAME = "report.html"
 MOST_ROWS = 500
 """Largest number of runs on the page; the table has all."""
-NO_MAP = "No map: it needs a result that varies over two numerical axes of at least three values each."
+NO_MAP = "No map: it needs a result that varies over two independent numerical axes of at least three values each."
 NOWHERE = "{}: no run has it"
 SHARES = 4
 """Number of terms printed for a result without scatter."""
@@ -120,7 +121,8 @@ def _varied(plan: Plan, made: pd.DataFrame) -> str:
     sweep, how = plan.sweep, plan.sweep.design
     drawn = f"{'Sobol' if how.sobol else 'Latin hypercube'} design, seed {how.seed}; " if how else ""
     text = f"Base: {sweep.base.kind} {getattr(sweep.base, sweep.base.kind)}. {drawn}{sweep.seeds} run(s) of each point."
-    lines = [text, *(f"Constraint: `{rule}`." for rule in sweep.constraints)]
+    lines = [text, *(f"{joined(group)} change together." for group in sweep.zips)]
+    lines += [f"Constraint: `{rule}`." for rule in sweep.constraints]
     lines += [f"{len(plan.added)} points were added where the map was least known."] if plan.added else []
     return "".join(page.paragraph(line) for line in lines) + page.table(["axis", "unit", "values", "which"], rows)
 
@@ -182,7 +184,7 @@ def _effects(plan: Plan, effects: dict[str, Effects | None]) -> str:
     for result, found in effects.items():
         if found is None:
             body += page.paragraph(
-                f"{result}: the runs do not allow effects: it does not vary, or the points are too few."
+                f"{result}: the runs do not allow effects: it does not vary, the points are too few, or axes change together."
             )
             continue
         notes = [f"{result}. Error: {found.error}.", *([f"{found.left_out}."] if found.left_out else [])]
@@ -213,26 +215,27 @@ def _curves(plan: Plan, done: pd.DataFrame) -> str:
             for k, key in enumerate(keys):
                 figure, (axes,) = panels(1, 1, (4.2, 3.3))
                 figures.curve(axes, plan.sweep, done, key, result)
-                drawn += page.curves(figure, f"{word_of(result)}{k}", f"{result} over {key}")
+                drawn += page.curves(figure, f"{word_of(result)}{k}", f"{result} over {joined(plan.sweep.factor(key))}")
             body += f'<div class="panels">{drawn}</div>'
     return body
 
 
 def _maps(plan: Plan, done: pd.DataFrame) -> list[page.Section]:
-    """Draw the response surface over the first two numerical axes, with its uncertainty."""
+    """Draw the response surface over the first two numerical axes that determine one, with its uncertainty."""
     numerical = list(significance.coordinates(plan.sweep, done)) if len(done) else []
     if len(numerical) < 2:
         return []
     body = ""
     for result in plan.results:
-        x, y = next(combinations(numerical, 2))
-        response = surface.through(plan.sweep, done, result, [x, y])
+        pairs = ((pair, surface.through(plan.sweep, done, result, [*pair])) for pair in combinations(numerical, 2))
+        (x, y), response = next(((pair, found) for pair, found in pairs if found), (("", ""), None))
         if response is None or done[result].nunique() < 2:
             continue
+        over = " and ".join(joined(plan.sweep.factor(key)) for key in (x, y))
         with plt.rc_context(STYLE):
             try:
                 drawn = figures.response_map(plan.sweep, done, result, x, y)
-                body += page.curves(drawn, f"map{word_of(result)}", f"{result} over {x} and {y}", drawn_only=True)
+                body += page.curves(drawn, f"map{word_of(result)}", f"{result} over {over}", drawn_only=True)
             except PywetError as error:
                 body += page.paragraph(str(error))
         if response.fitted.misfit < MISFIT:

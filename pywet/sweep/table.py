@@ -10,20 +10,21 @@ import pandas as pd
 
 from pywet.errors import FileError
 from pywet.products.partition import WITHIN
-from pywet.products.screening_report import cut_position, stored
+from pywet.products.screening_report import cut_position, stored, unsteady
 from pywet.schema import unit_of
 from pywet.sweep.base_kind import Numbers
 from pywet.sweep.description import Function
 from pywet.sweep.gathering import gathered
 from pywet.sweep.plan import Plan, Run
-from pywet.sweep.run_numbers import AT_END, CUT_SIZE, WALL_TIME
+from pywet.sweep.run_numbers import AT_END, CUT_SIZE, SCREEN, WALL_TIME
 from pywet.util.files import atomic_write, read_table, write_csv
 
 NAME = "sweep.parquet"
 DONE, FAILED = "done", "failed"
 ABOUT = {
     "point": "number of the point", "seed": "counted from the base's", "status": f"{DONE} or {FAILED}",
-    "reason": f"of a failure; of a result that could not be measured; of a {CUT_SIZE} that is absent or at an end of the sizes",
+    "reason": f"of a failure; of a result that could not be measured; of a {CUT_SIZE} that is absent or at an end of the sizes; "
+    "of a screen that is not steady",
 }  # fmt: skip
 PURE = ("e_n", "e_t", "e_omega", *AT_END)
 """Results that are dimensionless, with the unit `1`."""
@@ -66,10 +67,13 @@ def _row(plan: Plan, run: Run) -> dict[str, Any]:
 
 
 def _notes(plan: Plan, place: Path, found: Numbers) -> list[str]:
-    """Say why a run has no cut size, or that it is at an end of the sizes, and why it has no wall time."""
-    numbers = stored(place) if CUT_SIZE in plan.results else None
-    where = cut_position(numbers) if numbers else WITHIN
-    notes = [] if where == WITHIN else [f"{CUT_SIZE}: {where}"]
+    """Say why a run has no cut size or one at an end of the sizes, that its screen is not steady, why it has no wall time."""
+    notes = []
+    if SCREEN.keys() & {*plan.results} and (numbers := stored(place)):
+        if CUT_SIZE in plan.results and (where := cut_position(numbers)) != WITHIN:
+            notes.append(f"{CUT_SIZE}: {where}")
+        if warning := unsteady(numbers):
+            notes.append(f"screen {warning}")
     if found.get(WALL_TIME, 0.0) is None:
         notes.append(f"{WALL_TIME}: unknown, as the run was resumed from a checkpoint")
     return notes

@@ -225,9 +225,12 @@ def test_a_wall_of_another_frequency_is_another_scene(tmp_path: Path) -> None:
     a, b = replayed(tmp_path / "ab" / "a", seed=1), replayed(tmp_path / "ab" / "b", seed=2)
     changed(a, walls=with_first(synthetic.scene().walls, motion_parameters=VIBRATES))
     changed(b, walls=with_first(synthetic.scene().walls, motion_parameters=faster(VIBRATES)))
-    for groups in ((a, b), (a.parent, a)):
+    for groups, advice in (
+        ((a, b), "(--across motions compares groups"),
+        ((a.parent, a), "compare them as two groups (--a"),
+    ):
         code, output_text = run(*map(str, groups))
-        assert code == 2 and "(--across motions compares groups across it" in " ".join(output_text.split())
+        assert code == 2 and advice in " ".join(output_text.split())
     assert verdict.compare([a], [b], across=["motions"]).verdict == "the runs are bit-identical"
     file = str(tmp_path / "a.json")
     assert run(str(a), "--out", file, command="digest")[0] == 0

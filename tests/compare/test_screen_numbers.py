@@ -7,11 +7,14 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.stats import norm
 
-from pywet.compare import command, quantities, statistics, verdict
+from pywet.compare import command, digest, quantities, statistics, verdict
 from pywet.products import screening_report
+from pywet.runs.rundir import RunDir
+from tests.error_codes import raises_code
 from tests.products import made_up
 
 NUMBERS = ["cut size", "efficiency", "throughput", "moisture of the overs", "moisture of the unders"]
@@ -96,7 +99,7 @@ def test_an_interval_of_no_width_says_nothing(runs: list[Path], tmp_path: Path) 
             json.dumps({**given, "efficiency_low": given["efficiency"], "efficiency_high": given["efficiency"]})
         )
     found = verdict.compare([pair[0]], [pair[1]])
-    assert "without an interval: efficiency" in found.verdict
+    assert "without an interval, but different: efficiency" in found.verdict and found.different
     assert next(row for row in found.rows if row.quantity == "efficiency").p is None
 
 
@@ -107,7 +110,7 @@ def test_without_an_interval_they_are_named(runs: list[Path], tmp_path: Path) ->
         given = json.loads(path.read_text())
         path.write_text(json.dumps({**given, "efficiency_low": None, "efficiency_high": None}))
     found = verdict.compare([pair[0]], [pair[1]])
-    assert "without an interval: efficiency" in found.verdict
+    assert "without an interval, but different: efficiency" in found.verdict and found.different
 
 
 def test_a_cut_size_that_is_not_enclosed_is_named(
@@ -124,6 +127,58 @@ def test_a_cut_size_that_is_not_enclosed_is_named(
         assert ("cut size" in found.left_out) == (size is None)
         command.show(found)
         assert found.notes[0] in capsys.readouterr().out.splitlines()
+
+
+def test_the_numbers_of_the_screen_and_checks_decide(
+    runs: list[Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Other quantities of two single runs differ always, as a bed is chaotic: only 1 and 2 differ in a number of the screen."""
+    monkeypatch.setattr(
+        quantities, "_counts", lambda run: iter([quantities._number("ruptures", "events", at(run), 1.0)])
+    )
+
+    def at(run: RunDir) -> float:
+        return float(run.path.name)
+
+    for pair, code in (((0, 1), 0), ((0, 2), 1)):
+        assert command.compare([runs[k] for k in pair], (), (), None, False, None) == code
+        assert "which do not decide" in capsys.readouterr().out
+        rows = {row.quantity: row for row in verdict.compare(*([runs[k]] for k in pair)).rows}
+        assert rows["ruptures"].different
+    monkeypatch.setattr(quantities, "_checks", lambda run: iter([("replay", (run.path != runs[1], 0.0))]))
+    assert command.compare([runs[0], runs[1]], (), (), None, False, None) == 1
+
+
+def test_a_deck_that_is_not_steady_is_named(
+    runs: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    """By `pywet compare` in its output, by `pywet digest` and `--digest` in notices."""
+    moving = shutil.copytree(runs[0], tmp_path / "moving")
+    given = json.loads((moving / "results" / "screen.json").read_text())
+    (moving / "results" / "screen.json").write_text(json.dumps({**given, "steady": False, "from_s": 1.5}))
+    found = verdict.compare([runs[0]], [moving])
+    assert found.notes == [f"not steady: means over the last 0.5 s of the feed in {moving}"]
+    command.show(found)
+    assert found.notes[0] in capsys.readouterr().out.splitlines()
+    digest.check(digest.of_runs("decks", "command", [moving]), moving)
+    assert caplog.text.count(f"{moving}: not steady: means over the last 0.5 s of the feed") == 2
+
+
+def test_another_film_on_some_spheres_is_another_scene(runs: list[Path], tmp_path: Path) -> None:
+    """The thickest film is the same, that of the fines is not; dry scenes have none. The key liquid allows for it, too."""
+    other = shutil.copytree(runs[0], tmp_path / "other")
+    path = other / "history" / "spheres.parquet"
+    spheres = pd.read_parquet(path)
+    spheres["film"] = spheres["film"].where(spheres["type"] != 1, 3.0 * spheres["film"])
+    spheres.to_parquet(path)
+    with raises_code("compare.scenes", given=("initial films",)):
+        verdict.compare([runs[0]], [other])
+    for across in ("liquid", "initial films"):
+        assert not verdict.compare([runs[0]], [other], across=[across]).different
+    with raises_code("digest.scenes", key="initial films"):
+        digest.of_runs("films", "command", [runs[0], other])
+    spheres.assign(film=spheres["film"] * (1.0 + 1e-12)).to_parquet(path)
+    assert not verdict.compare([other], [shutil.copytree(other, tmp_path / "same")]).different
 
 
 def test_seeds_of_both_sides(runs: list[Path]) -> None:

@@ -26,7 +26,7 @@ from pywet.compare import grouping
 from pywet.geometry.motion import engine_displacement
 from pywet.products import intervals, screening_report, steady, streams
 from pywet.products.partition import partition_curve, separation, size_at
-from pywet.report import page, screen_page
+from pywet.report import page, scene_page, screen_page
 from pywet.runs import record
 from pywet.runs.rundir import RunDir
 from pywet.scene import Insertion, Vibration
@@ -375,6 +375,9 @@ def test_cards_and_seeds_in_words(made: Path, tmp_path: Path) -> None:
     line, *_, last = ending._screen([RunDir(folder) for folder in folders])
     assert line.split("  ")[0] == "cut size d50" and line.endswith(" 3.0 ± 2.5 mm")
     assert last == "±: 95 % interval of the mean over 3 seeds"
+    (folders[1] / "results" / "screen.json").write_text(json.dumps({**every[1], "steady": False}))
+    (section,) = scene_page._screens([], words, [SimpleNamespace(path=folder) for folder in folders])  # type: ignore[misc]
+    assert "Not steady: run-1." in section.body and "mean of 3 seeds" in section.body
     assert words["cut size d50"] == "3.0 ± 2.5 mm" and words["apertures pegged"] == "10 ± 0 % (2 of 3 seeds)"
 
 

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 from xml.etree import ElementTree
 
 import numpy as np
@@ -284,6 +284,19 @@ def test_liquid_over_two_times_has_two_panels() -> None:
     assert [[x.tolist() for ((x, _),) in panel.curves.values()] for panel in panels.values()] == [
         [[-0.4, 0.6]], [[0.0, 1.0]],
     ]  # fmt: skip
+
+
+def test_liquid_of_a_longer_run_is_a_share_of_what_was_put_in_by_the_end_of_the_shortest() -> None:
+    """Two runs of a feed of 1 m3/s that stays on the spheres, of 2 and 3 s: at 2 s the share is 1 in both."""
+    scene = SimpleNamespace(classes=[SimpleNamespace(name="a")], outlets=[])
+    panel, runs = bands.Panel(bands.TIME, "share"), []
+    for end in (2, 3):
+        times = np.arange(end + 1.0)
+        ledger = {"history/ledger": pd.DataFrame({"time": times, "initial": times, "films": times})}
+        runs.append(SimpleNamespace(moist=True, scene=scene, table_if_there=ledger.get))
+    bands._liquid(cast(Any, runs), "seeds", {bands.TIME: panel, bands.SINCE_OPENING: panel})
+    ((at, mean, half),) = (bands.mean_and_band(of) for of in panel.curves.values())
+    assert at.tolist() == [0.0, 1.0, 2.0] and mean.tolist() == [0.0, 0.5, 1.0] and half is not None and not half.any()
 
 
 def as_moist(run: RunDir) -> Any:

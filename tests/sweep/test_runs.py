@@ -115,21 +115,30 @@ def test_a_point_is_run_once_in_all_sweeps_and_an_axis_can_be_extended(tmp_path:
     assert len(counted) == 10  # the other of its two points is in the store
 
 
-def test_a_cut_size_that_is_not_enclosed_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In its row, on the page and at the end; here a result of a collision takes the place of the cut size of a screen."""
-    monkeypatch.setattr(table, "CUT_SIZE", "e_n")
+@pytest.mark.parametrize("cut_size", ["e_n", "screen_d50_mm"])
+def test_what_limits_the_numbers_of_a_screen_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cut_size: str
+) -> None:
+    """A cut size that is not enclosed, if it is gathered, and a deck that is not steady: in the row, on the page, at the end.
+
+    Here results of a collision take the places of those of a screen.
+    """
+    monkeypatch.setattr(table, "CUT_SIZE", cut_size)
+    monkeypatch.setattr(table, "SCREEN", {"e_n": None})
     of = asked(tmp_path, WALL)
     assert set(done(of)["reason"]) == {""}
     there = {0: "above the largest size", 1: "above the largest size", 2: "within the sizes"}
     for k, where in there.items():
         screen = of.store.place(of.runs[k].built.name) / "results" / "screen.json"
-        write_json(screen, {"d50_mm": None, "d50_position": where})
+        write_json(screen, {"d50_mm": None, "d50_position": where, "steady": k < 2, "from_s": 1.0, "to_s": 3.0})
     made = table.frame(of)
-    assert made["reason"].tolist() == ["e_n: above the largest size"] * 2 + [""] * 4
+    outside, moving = "e_n: above the largest size", "screen not steady: means over the last 2 s of the feed"
+    named = {outside: 2 * (cut_size == "e_n"), moving: 1}
+    assert made["reason"].tolist() == [outside * (named[outside] > 0)] * 2 + [moving] + [""] * 3
     assert set(made["status"]) == {table.DONE}
-    *_, line, _ = sweep_command.finish(of, made)
-    assert line == "e_n: above the largest size in 2 of 6 runs"
-    assert (of.folder / "report.html").read_text().count("e_n: above the largest size") == 2
+    lines, text = sweep_command.finish(of, made), (of.folder / "report.html").read_text()
+    for note, count in named.items():
+        assert (f"{note} in {count} of 6 runs" in lines) == (count > 0) and text.count(note) == count
 
 
 def test_a_failed_point_is_tried_again_and_stops_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,7 +13,7 @@ import pytest
 from scipy import stats
 from scipy.stats import qmc
 
-from pywet.sweep import adaptive, costs, figures, plan, running, significance, surface, sweep_command
+from pywet.sweep import adaptive, costs, figures, plan, running, significance, surface, sweep_command, sweep_page
 from pywet.sweep.description import Axis, Base, Sweep
 from pywet.sweep.table import DONE, FAILED
 from tests.error_codes import raises_code
@@ -153,6 +154,74 @@ def test_a_surface_is_known_within_its_standard_error(tmp_path: Path) -> None:
     assert 0.90 < np.mean(inside) < 0.99
     twice = surface.through(sweep, pd.concat([made, made]), "e_n", ["a", "b"])
     assert twice is not None and twice.at(at)[1] == pytest.approx(error)  # rows that share a run count once
+
+
+ZIPPED = {"c": [0.1, 0.2, 0.4], "a": [1.0, 2.0, 3.0], "b": [10.0, 20.0, 30.0]}
+
+
+@pytest.mark.parametrize(
+    ("axes", "zips", "significant", "over"),
+    [
+        (ZIPPED, [["a", "b"]], {"c", "a + b"}, "c and a + b"),
+        (ZIPPED | {"c": [0.1, 0.4]}, [["a", "b"]], {"c", "a + b"}, None),
+        (ZIPPED | {"d": [5.0, 7.0, 8.0]}, [["c", "d"], ["a", "b"]], {"c + d", "a + b"}, "c + d and a + b"),
+        (ZIPPED | {"law": ["x", "y", "z"]}, [["a", "b", "law"]], {"c", "a + b + law"}, "c and a + b + law"),
+        ({"d": [1.0, 2.0], **ZIPPED}, [["b", "a"]], {"c", "b + a"}, "c and b + a"),
+        ({"d": [1.0, 2.0], "c": ZIPPED["c"], "a": ZIPPED["a"]}, [], {"c", "a"}, "c and a"),
+    ],
+    ids=["two of three", "two values", "two zips", "with text", "after two values", "no zip"],
+)  # fmt: skip
+def test_axes_that_change_together_are_one(
+    tmp_path: Path, axes: dict[str, list[Any]], zips: list[list[str]], significant: set[str], over: str | None
+) -> None:
+    """e_n = 100 c + a and noise: a term for each zip; the map is over the first two independent axes of three values each."""
+    asked = zipped(tmp_path, axes, zips)
+    made = table_of_points(asked, 4, lambda at: 100.0 * at["c"] + at["a"])
+    found = significance.effects(asked.sweep, made, "e_n")
+    assert found is not None and {t.name for t in found.terms if t.significant} == significant
+    groups = len(axes) - sum(len(group) - 1 for group in zips)
+    assert len(found.terms) == groups + groups * (groups - 1) // 2
+    (section,) = sweep_page._maps(asked, made)
+    assert (f"e_n over {over}<" in section.body) == (over is not None) == (sweep_page.NO_MAP not in section.body)
+    for group in zips:
+        assert f"{' + '.join(group)} change together." in sweep_page._varied(asked, made)
+
+
+def test_text_of_a_zip_has_its_levels_and_a_curved_zip_no_map(tmp_path: Path) -> None:
+    """Seven laws, each with its numbers, in no order: the zip explains all. Points along a curve determine no surface."""
+    axes = {"a": [1.0, 2.0, 4.0, 8.0, 16.0, 33.0, 47.0], "b": [5.0, 1.0, 9.0, 3.0, 12.0, 4.0, 7.0], "law": [*"tuvwxyz"]}
+    asked = zipped(tmp_path, axes, [[*axes]])
+    made = table_of_points(asked, 2, lambda at: (13.0 * at["a"]) % 5.0)
+    found = significance.effects(asked.sweep, made, "e_n")
+    assert found is not None and [t.share for t in found.terms] == pytest.approx([1.0], abs=0.05)
+    assert surface.through(asked.sweep, made, "e_n", ["a", "b"]) is None
+    with raises_code("sweep.map_points"):
+        figures.response_map(asked.sweep, made, "e_n", "a", "b")
+    (section,) = sweep_page._maps(asked, made)
+    assert sweep_page.NO_MAP in section.body
+
+
+def test_more_names_the_zipped_axis(tmp_path: Path) -> None:
+    with raises_code("sweep.axis_range", key="axes.a"):
+        adaptive._axes(zipped(tmp_path, ZIPPED, [["a", "b"]]))
+
+
+def zipped(folder: Path, axes: dict[str, list[Any]], zips: list[list[str]]) -> plan.Plan:
+    """A sweep of a base that is not read."""
+    file = write(folder, {**WALL, "axes": axes, "zips": zips, "gather": ["e_n"]})
+    return plan.Plan(file, plan.description.read(file), None, None, folder)  # type: ignore[arg-type]
+
+
+def table_of_points(asked: plan.Plan, seeds: int, truth: Callable[[Mapping[str, Any]], float]) -> pd.DataFrame:
+    """A result at all points with noise of 0.1."""
+    random = np.random.default_rng(6)
+    rows = [
+        {"point": p.number, **p.values, "seed": seed, "e_n": truth(p.values) + 0.1 * random.normal(), "status": DONE}
+        for p in asked.points for seed in range(seeds)
+    ]  # fmt: skip
+    made = pd.DataFrame(rows).assign(run=range(len(rows)))
+    made.attrs["units"] = {}
+    return made
 
 
 def test_next_points_go_where_no_point_is_and_where_interpolations_differ() -> None:
