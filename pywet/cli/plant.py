@@ -97,7 +97,7 @@ def kinetics(
         )
     found = laws.kinetics(runs)
     single = bool(found["rms_held_out"].isna().all())
-    table = Table("class", "law", "parameters (s, 1/s; ± 95 %)", "rms", "rms, seeds not fitted")
+    table = Table("class", "law", f"parameters (s, 1/s{'' if single else '; ± 95 %'})", "rms", "rms, seeds not fitted")
     for row in found.itertuples():
         table.add_row(
             escape(str(row[1])),
@@ -108,7 +108,9 @@ def kinetics(
         )
     out.print(table)
     if single:
-        tell("one run: ranked by the fit itself; give several seeds for a ranking on what was not fitted")
+        tell(
+            "one run: ranked by the fit itself; give several seeds for intervals and for a ranking on what was not fitted"
+        )
     if file is not None:
         write_csv(found, file)
 
