@@ -128,5 +128,11 @@ def _predict(runs: list[Path], deck: Path, from_s: float | None, file: Path | No
         simulated = f"{100 * row['T']:.1f} ({100 * row['T_low']:.1f} – {100 * row['T_high']:.1f})"
         table.add_row(escape(str(row["class"])), f"{row['diameter_mm']:g}", str(row["law"]), *ways, simulated)
     out.print(table)
+    if row["tracers_inside"]:
+        tell(
+            f"{row['tracers_inside']} of {row['tracers']} spheres of the coarsest class are on the deck at the end and stay "
+            f"longer (Kaplan–Meier); {100 * row['unobserved']:.2g} % of the residence times are beyond the longest observed, at "
+            "which they count"
+        )
     if file is not None:
         write_csv(found, file)
