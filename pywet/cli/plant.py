@@ -98,7 +98,7 @@ def kinetics(
         )
     found = laws.kinetics(runs)
     single = bool(found["rms_held_out"].isna().all())
-    table = Table("class", "law", "parameters (s, 1/s; ± 95 %)", "rms", "rms, seeds not fitted")
+    table = Table("class", "law", f"parameters (s, 1/s{'' if single else '; ± 95 %'})", "rms", "rms, seeds not fitted")
     for row in found.itertuples():
         table.add_row(
             escape(str(row[1])),
@@ -109,7 +109,9 @@ def kinetics(
         )
     out.print(table)
     if single:
-        tell("one run: ranked by the fit itself; give several seeds for a ranking on what was not fitted")
+        tell(
+            "one run: ranked by the fit itself; give several seeds for intervals and for a ranking on what was not fitted"
+        )
     if file is not None:
         write_csv(found, file)
 
@@ -127,5 +129,11 @@ def _predict(runs: list[Path], deck: Path, from_s: float | None, file: Path | No
         simulated = f"{100 * row['T']:.1f} ({100 * row['T_low']:.1f} – {100 * row['T_high']:.1f})"
         table.add_row(escape(str(row["class"])), f"{row['diameter_mm']:g}", str(row["law"]), *ways, simulated)
     out.print(table)
+    if row["tracers_inside"]:
+        tell(
+            f"{row['tracers_inside']} of {row['tracers']} spheres of the coarsest class are on the deck at the end and stay "
+            f"longer (Kaplan–Meier); {100 * row['unobserved']:.2g} % of the residence times are beyond the longest observed, at "
+            "which they count"
+        )
     if file is not None:
         write_csv(found, file)

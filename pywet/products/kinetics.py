@@ -29,7 +29,6 @@ from pywet.products import streams
 from pywet.products.partition import mean_and_half_width
 from pywet.runs.distinct_seeds import distinct_seeds
 from pywet.runs.rundir import RunDir
-from pywet.runs.spread import quantile
 from pywet.util.files import check_numbers, read_csv
 
 STORED = ("fraction_retained", "spheres")
@@ -76,24 +75,23 @@ LAWS = (
 )  # fmt: skip
 
 
-def fit(law: Law, t: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return least-squares values of t0 and the parameters, and half their 95 % intervals.
+def fit(law: Law, t: Floats, y: Floats) -> Floats:
+    """Return least-squares values of t0 and the parameters.
 
-    The intervals assume independent residuals; outputs close in time are correlated, so that seeds have a wider
-    scatter.
+    Their uncertainty is the scatter of several seeds: the outputs of one run are points of one cumulative curve, so that
+    its residuals are not independent.
     """
     from scipy.optimize import curve_fit
 
     high = (float(t.max()) or 1.0, *law.bounds)
     start = (min(0.1, 0.5 * high[0]), *law.start)
     try:
-        values, covariance = curve_fit(law, t, y, p0=start, bounds=(np.zeros(len(start)), high), max_nfev=20_000)
+        values, _ = curve_fit(law, t, y, p0=start, bounds=(np.zeros(len(start)), high), max_nfev=20_000)
     except RuntimeError as error:
         raise PywetError(
             f"kinetics: {law.name} could not be fitted ({error}); expected a decreasing curve", code="kinetics.fit"
         ) from error
-    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return values, np.asarray(quantile(max(len(t) - len(start), 1) + 1) * spread)
+    return np.asarray(values)
 
 
 def points(curve: pd.DataFrame, kind: str) -> tuple[Floats, Floats]:
@@ -167,25 +165,24 @@ def ranking(runs: Sequence[pd.DataFrame], kind: str) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        law, parameters (a sentence with 95 % intervals: means of the fits to single seeds where there are several), rms of the
-        fit to all, rms_held_out: each seed against the law fitted to the others (nan of one seed, ranked by the fit then).
+        law, parameters (a sentence: of several seeds the means of their fits with 95 % intervals, of one seed without), rms of
+        the fit to all, rms_held_out: each seed against the law fitted to the others (nan of one seed, ranked by the fit then).
     """
     rows = []
     every = points(pd.concat(runs), kind)
     for law in LAWS:
-        fitted, half = fit(law, *every)
-        values, held_out = fitted, math.nan
+        fitted, held_out = fit(law, *every), math.nan
+        values = [f"{value:.4g}" for value in fitted]
         if len(runs) > 1:
-            each = [fit(law, *points(run, kind))[0] for run in runs]
-            values, half = np.array([mean_and_half_width(column) for column in np.array(each).T]).T
+            each = np.array([fit(law, *points(run, kind)) for run in runs])
+            values = ["{:.4g} ± {:.2g}".format(*mean_and_half_width(column)) for column in each.T]
             held_out = math.sqrt(np.mean([_unseen(law, runs, k, kind) ** 2 for k in range(len(runs))]))
         names = ("t0", *law.parameters)
-        values_text = ", ".join(f"{n} {v:.4g} ± {h:.2g}" for n, v, h in zip(names, values, half, strict=True))
         rows.append(
             {
                 "class": kind,
                 "law": law.name,
-                "parameters": values_text,
+                "parameters": ", ".join(f"{n} {value}" for n, value in zip(names, values, strict=True)),
                 "rms": rms(law, fitted, *every),
                 "rms_held_out": held_out,
             }
@@ -197,8 +194,7 @@ def ranking(runs: Sequence[pd.DataFrame], kind: str) -> pd.DataFrame:
 def _unseen(law: Law, runs: Sequence[pd.DataFrame], k: int, kind: str) -> float:
     """Return the residual of one seed relative to the law fitted to the others."""
     others = pd.concat([run for n, run in enumerate(runs) if n != k])
-    values, _ = fit(law, *points(others, kind))
-    return rms(law, values, *points(runs[k], kind))
+    return rms(law, fit(law, *points(others, kind)), *points(runs[k], kind))
 
 
 def kinetics(folders: Sequence[Path | str]) -> pd.DataFrame:
@@ -212,7 +208,8 @@ def kinetics(folders: Sequence[Path | str]) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        For every class that passes the laws, the best first: class, law, parameters, rms, rms_held_out.
+        For every class that passes the laws, the best first: class, law, parameters (with 95 % intervals of several seeds), rms,
+        rms_held_out.
 
     Raises
     ------

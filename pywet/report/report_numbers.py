@@ -213,11 +213,12 @@ def _coarse(result: CaseResult) -> float:
 
 
 def significance(numbers: Numbers, key: str, one: Sequence[float], two: Sequence[float], comparisons: int = 1) -> None:
-    """Store whether two groups of seeds differ (Welch), at 5 % for so many comparisons together; inconclusive of one seed."""
-    if min(len(one), len(two)) < 2:
+    """Store whether two groups of seeds differ (Welch), at 5 % for so many comparisons together; inconclusive without scatter."""
+    ends = difference(two, one, comparisons)
+    if ends is None:
         numbers.put(key, "inconclusive")
         return
-    low, high = difference(two, one, comparisons)
+    low, high = ends
     numbers.put(key, "significant" if low > ROUND_OFF or high < -ROUND_OFF else "not significant")
     numbers.put(f"{key}.low", low, f"{low:+.3f}")
     numbers.put(f"{key}.high", high, f"{high:+.3f}")

@@ -21,19 +21,22 @@ def quantile(count: int) -> float:
     return float(stdtrit(count - 1, 0.975))
 
 
-def difference(values: Sequence[float], usual: Sequence[float], comparisons: int = 1) -> tuple[float, float]:
+def difference(values: Sequence[float], usual: Sequence[float], comparisons: int = 1) -> tuple[float, float] | None:
     """Ends of the confidence interval of the difference of the means (Welch), of two values or more on each side.
 
-    The intervals of so many `comparisons` together contain all their differences at 95 % (Bonferroni).
+    The intervals of so many `comparisons` together contain all their differences at 95 % (Bonferroni). None where it is
+    unknown: with fewer values, and where they coincide on both sides, as few seeds may by accident.
 
     >>> [round(end, 3) for end in difference([0.72, 0.74], [0.68, 0.70])]
     [-0.021, 0.101]
     >>> [round(end, 3) for end in difference([0.72, 0.74], [0.68, 0.70], 2)]
     [-0.048, 0.128]
+    >>> difference([0.52, 0.52], [0.5, 0.5])
     """
-    middle, (a, b) = mean(values) - mean(usual), (variance(of) / len(of) for of in (values, usual))
-    if not a + b:
-        return middle, middle
+    both = values, usual
+    if min(map(len, both)) < 2 or max(max(of) - min(of) for of in both) <= ROUND_OFF * max(map(abs, (*values, *usual))):
+        return None
+    middle, (a, b) = mean(values) - mean(usual), (variance(of) / len(of) for of in both)
     freedom = (a + b) ** 2 / (a**2 / (len(values) - 1) + b**2 / (len(usual) - 1))
     half = float(stdtrit(freedom, 1.0 - 0.025 / comparisons)) * sqrt(a + b)
     return middle - half, middle + half

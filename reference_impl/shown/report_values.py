@@ -292,13 +292,14 @@ def _text(numbers: Numbers, key: str) -> str:
 
 
 def _difference(key: str, one: Sequence[float], two: Sequence[float], level: float = LEVEL) -> Iterator[Value]:
-    """Yield whether the means of two groups differ, with the ends of the interval of their difference (Welch)."""
-    if min(len(one), len(two)) < 2:
+    """Yield whether the means of two groups differ, with the ends of the interval of their difference (Welch).
+
+    Two values at least are needed in each, and scatter in one: a few values may coincide by accident.
+    """
+    if min(len(one), len(two)) < 2 or max(np.ptp(one), np.ptp(two)) <= SAME:
         yield key, "inconclusive", "same"
         return
-    low, high = 0.0, 0.0
-    if np.ptp([*one, *two]) > SAME:
-        low, high = stats.ttest_ind(two, one, equal_var=False).confidence_interval(1.0 - level)
+    low, high = stats.ttest_ind(two, one, equal_var=False).confidence_interval(1.0 - level)
     yield key, "significant" if low > SAME or high < -SAME else "not significant", "same"
     yield f"{key}.low", float(low), "3 places"
     yield f"{key}.high", float(high), "3 places"

@@ -323,6 +323,31 @@ def test_several_seeds_have_an_interval_and_say_what_is_significant() -> None:
     assert numbers["near.low"]["shown"] == "-0.04" + numbers["near.low"]["shown"][5:] and "one.low" not in numbers
 
 
+@pytest.mark.parametrize(
+    ("dry", "moist", "found"),
+    [
+        ((0.5, 0.5), (0.52, 0.52), "inconclusive"),
+        ((0.1 + 0.2, 0.3), (0.7, 0.7), "inconclusive"),
+        ((1.0, 1.0), (1.0, 1.0), "inconclusive"),
+        ((0.5, 0.5), (0.52, 0.53), "not significant"),
+        ((0.5, 0.5), (0.9, 0.901), "significant"),
+    ],
+)
+def test_seeds_that_coincide_show_no_difference(
+    dry: tuple[float, float], moist: tuple[float, float], found: str
+) -> None:
+    """Few seeds may coincide by accident; without scatter (but for round-off) in both groups nothing is known of it.
+
+    With scatter in one: 0.025 ± 12.7 × 0.005, 0.4005 ± 12.7 × 0.0005. The independent check of the page agrees.
+    """
+    numbers = report_numbers.Numbers()
+    report_numbers.significance(numbers, "d", dry, moist)
+    assert numbers["d"]["value"] == found and ("d.low" in numbers) is (found != "inconclusive")
+    again = {key: value for key, value, _ in report_values._difference("d", dry, moist)}
+    assert again.keys() == numbers.keys() and again["d"] == found
+    assert [again[key] for key in list(again)[1:]] == pytest.approx([numbers[key]["value"] for key in list(again)[1:]])
+
+
 def test_the_answer_of_one_configuration_names_each_amount(config: settings.Config, folder: Path) -> None:
     """Case 2 with two seeds that end at 0.5 and 0.7, where 0.8 cannot pass: 250 % and 150 %, 200 ± 12.706 × 50."""
     _seeds_of_case_2(folder)
