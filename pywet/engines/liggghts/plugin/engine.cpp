@@ -327,6 +327,9 @@ void Engine::create(const std::vector<Coming> &due, const Spheres &spheres, cons
     throw std::runtime_error("sphere " + std::to_string(taken[0][1]) + " is at " + number(time) + " s in the path of sphere " +
                              std::to_string(taken[0][0]) + ", which is to be inserted; expected a free path: move the region away from the bed, " +
                              "raise its velocity_m_per_s or lower the rate");
+  // The engine saves a tangential spring with the number of its partner, which may be one of the ghosts that are overwritten here.
+  LAMMPS_NS::Fix *springs = lmp_->modify->find_fix_style_strict("contacthistory", 0);
+  if (springs && !due.empty()) springs->setup_pre_exchange();
   atom->nghost = 0;                                     // ghosts follow the owned spheres, where the new ones come
   atom->avec->clear_bonus();
   for (const Coming &c : due) {
