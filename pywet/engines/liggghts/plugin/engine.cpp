@@ -184,7 +184,7 @@ bool Engine::read_mesh(size_t m, const Walls &walls, double *out) const {
 }
 
 // With `all` for all meshes: this also gives the pose of a mesh whose mover has been removed.
-double Engine::read_meshes(Walls &walls, const Communicator &ranks, bool all) const {
+double Engine::read_meshes(Walls &walls, const Communicator &ranks, bool all, bool again) const {
   std::vector<size_t> which;
   for (size_t m = 0; m < walls.meshes.size(); m++) {
     const bool moving = surfaces_[m]->triMesh()->isMoving();
@@ -204,9 +204,8 @@ double Engine::read_meshes(Walls &walls, const Communicator &ranks, bool all) co
     Mesh &mesh = walls.meshes[which[k]];
     const double *p = &found[NUMBERS * k];
     mesh.shift = Vec(p);
-    mesh.velocity = Vec(p + 3);
     mesh.turn.x = Vec(p + 6); mesh.turn.y = Vec(p + 9); mesh.turn.z = Vec(p + 12);
-    mesh.spin = Vec(p + 15);
+    if (!again || !surfaces_[which[k]]->triMesh()->isMoving()) mesh.velocity = Vec(p + 3), mesh.spin = Vec(p + 15);
     LAMMPS_NS::MeshModuleStress *stress =
         dynamic_cast<LAMMPS_NS::MeshModuleStress *>(surfaces_[which[k]]->get_module("stress"));
     if (!stress) continue;  // force and torque of this rank's spheres on the mesh, about the point at y = 0
