@@ -16,6 +16,8 @@ from pywet.runs.rundir import RunDir
 from pywet.runs.tables import in_order, read_raw
 
 MOTION = ("vx", "vy", "vz", "wx", "wy", "wz")
+ROWS = 1 << 18
+"""Number of rows of a part of a table at whose steps all spheres have been retired."""
 
 
 def records(folder: Path) -> np.ndarray:
@@ -29,7 +31,7 @@ def with_films(parts: Iterator[np.ndarray], retired: np.ndarray, empty: np.ndarr
     `empty`: output steps from the removal of the last sphere on.
     """
     kind: np.dtype | None = None
-    for steps, part in chain(((np.unique(part["step"]), part) for part in parts), [(empty, None)]):
+    for steps, part in chain(((np.unique(part["step"]), part) for part in parts), _after_all(empty, retired)):
         if part is None and kind is None:
             return
         kind = part.dtype if part is not None else kind
@@ -41,14 +43,21 @@ def with_films(parts: Iterator[np.ndarray], retired: np.ndarray, empty: np.ndarr
         yield more if part is None else np.concatenate([part, more])
 
 
-def with_places(parts: Iterator[pd.DataFrame], retired: np.ndarray, time_step: float) -> Iterator[pd.DataFrame]:
-    """Yield parts of the trajectory, complete outputs, with the spheres retired before each, at rest at their last position."""
-    for part in parts:
-        step, gone = _later(part["step"].unique(), retired, with_its_step=False)
+def with_places(
+    parts: Iterator[pd.DataFrame], retired: np.ndarray, time_step: float, empty: np.ndarray
+) -> Iterator[pd.DataFrame]:
+    """Yield parts of the trajectory, complete outputs, with the spheres retired before each, at rest at their last position.
+
+    `empty`: output steps after the retirement of the last sphere.
+    """
+    last = pd.DataFrame()
+    for steps, part in chain(((part["step"].unique(), part) for part in parts), _after_all(empty, retired)):
+        last = last[:0] if part is None else part
+        step, gone = _later(steps, retired, with_its_step=False)
         rows = {"step": step, "time": step * time_step, "id": gone["id"].astype(np.int64)}
         rows |= {"type": gone["type"].astype(np.int64), **{axis: gone["x"][:, k] for k, axis in enumerate("xyz")}}
-        more = pd.DataFrame({**rows, **dict.fromkeys(MOTION, 0.0)}, columns=part.columns)
-        yield pd.concat([part, more], ignore_index=True).sort_values(["step", "id"], kind="stable", ignore_index=True)
+        more = pd.DataFrame({**rows, **dict.fromkeys(MOTION, 0.0)}, columns=last.columns)
+        yield pd.concat([last, more], ignore_index=True).sort_values(["step", "id"], kind="stable", ignore_index=True)
 
 
 def taken_out(run: RunDir) -> tuple[np.ndarray, np.ndarray]:
@@ -72,6 +81,12 @@ def taken_out(run: RunDir) -> tuple[np.ndarray, np.ndarray]:
     for k in range(len(outlets)):
         booked[:, k] = films[:, outlet == k + 1].sum(axis=1)
     return gone, booked
+
+
+def _after_all(steps: np.ndarray, retired: np.ndarray) -> Iterator[tuple[np.ndarray, None]]:
+    """Divide the steps after the retirement of the last sphere so that a part has about `ROWS` rows."""
+    for some in np.array_split(steps, 1 + len(steps) * len(retired) // ROWS) if len(steps) else ():
+        yield some, None
 
 
 def _later(steps: np.ndarray, retired: np.ndarray, with_its_step: bool) -> tuple[np.ndarray, np.ndarray]:

@@ -244,7 +244,7 @@ def _recorded(path: Path, planned: Plan) -> int:
     """Check that motion is recorded at every step of the windows until all spheres have left, and springs at no other step."""
     steps, run = io.columns(path, ["step"])["step"].to_numpy(), path.parent.parent
     gone, count = retired.table(run)["step"], len(io.columns(run / "history" / "spheres.parquet", ["id"]))
-    last = gone.max() if io.scene(run).get("outlets") and len(gone) == count else np.inf
+    last = gone.max() if len(gone) == count else np.inf
     more = planned.window_steps
     more = more[more > last] if path.stem == "window_states" else more
     _steps(path, np.concatenate([steps, more]), planned.window_steps, "steps of the windows")

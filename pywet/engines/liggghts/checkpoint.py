@@ -65,6 +65,11 @@ def find(folder: Path) -> tuple[Checkpoint | None, list[str]]:
     return None, passed
 
 
+def latest(folder: Path) -> int:
+    """Return the step of the latest checkpoint whose check sums are written; 0 if there is none."""
+    return max((step for name, step, _ in _files(folder) if name == "sums"), default=0)
+
+
 def _read(folder: Path, step: int) -> Checkpoint | str:
     """Return a checkpoint, or a phrase on what is wrong with it."""
     path = folder / CHECKPOINTS / f"sums.{step}.json"

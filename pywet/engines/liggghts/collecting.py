@@ -29,11 +29,12 @@ def make(scene: EngineScene, folder: Path, put: Callable[[str, tables.Rows], Non
     gone = retired.records(folder) if scene.removes else None
     coming, outputs = creation.ToCome(scene, folder.parent, gone), np.array(scene.output_steps)
     parts, seen = trajectory_parts(folder / logs.TRAJECTORY, scene.time_step_s), Counter[int]()
-    parts = coming.in_motion(parts, coming.nobody(outputs))
+    nobody = coming.nobody(outputs)
+    parts = coming.in_motion(parts, nobody)
     if gone is not None and scene.retire:  # what left at an outlet is no longer there
-        parts = retired.with_places(parts, gone, scene.time_step_s)
+        parts = retired.with_places(parts, gone, scene.time_step_s, nobody)
     put("trajectory", _counted(parts, seen))
-    planned({*seen, *coming.nobody(outputs).tolist()}, scene, str(folder / logs.TRAJECTORY))
+    planned({*seen, *nobody.tolist()}, scene, str(folder / logs.TRAJECTORY))
     for name, table in windows.collect(scene, folder, schedule.recorded(scene), contact_model.touched(scene), coming):
         put(name, table)
     shifts = translations(scene).items()

@@ -55,7 +55,7 @@ class ToCome:
     """Rows of the spheres that the engine does not hold, for the tables of a run; `gone`: records of those that left."""
 
     def __init__(self, scene: EngineScene, run_dir: Path, gone: np.ndarray | None) -> None:
-        self.dt, self.some = scene.time_step_s, gone is not None and bool(scene.outlets)
+        self.dt, self.some = scene.time_step_s, gone is not None
         self.rows, self.first = np.zeros(0, COMING), 0
         self.left = np.sort(gone["step"]) if gone is not None else np.zeros(0, np.int64)
         if self.some:

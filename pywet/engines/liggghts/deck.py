@@ -265,10 +265,11 @@ def write_deck(
     begin = {
         "restart_file": resume.engine.relative_to(folder) if resume else None,
         "at": done,
+        "again": False,
         "first_frame": done % every == 0 and not (done and scene.removes),  # else the frame is of the spheres that stay
     }
     # the plugin's worker has given the file its name by then, the stock program cannot
-    again = {"restart_file": saved("engine", "${at}", whole=plugin), "at": "${at}", "first_frame": False}
+    again = {"restart_file": saved("engine", "${at}", whole=plugin), "at": "${at}", "again": True, "first_frame": False}
     for name, template, more in (
         ("setup", "setup", begin),
         ("again", "setup", again),

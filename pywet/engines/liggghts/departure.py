@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from contextlib import suppress
 from pathlib import Path
 
@@ -15,6 +16,10 @@ from pywet.scene import EngineScene
 from pywet.util.files import read_table
 
 KEEP = "expected walls or a tray that keep it, or a smaller time step"
+FRAME = b"ITEM: TIMESTEP\n"
+"""First line of a frame of a dump."""
+BLOCK = 1 << 16
+"""Number of bytes that are read first."""
 SAMPLES = 2000
 """Number of points on the path of a sphere from its last output to the next."""
 
@@ -71,16 +76,24 @@ def _last_rows(scene: EngineScene, folder: Path) -> np.ndarray:
 
 def _last_frames(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows of the last two complete frames of a text dump, the later first: id, type, x, y, z, vx, vy, vz and more."""
-    found = []
-    try:
-        frames = [block.splitlines() for block in path.read_text(errors="replace").split("ITEM: TIMESTEP\n")[1:]]
-        for lines in reversed(frames):
-            if len(lines) == 8 + int(lines[2]):
-                found.append(np.array([line.split() for line in lines[8:]], dtype=float))
-            if len(found) == 2:
-                break
-    except (OSError, ValueError, IndexError):  # cut off amid a line, or not there yet
-        pass
+    found: list[np.ndarray] = []
+    with suppress(OSError):  # not there yet
+        for block in reversed(_end(path, 3).split(FRAME)[1:]):
+            lines = block.decode(errors="replace").splitlines()
+            with suppress(ValueError, IndexError):  # cut off amid a line
+                if len(found) < 2 and len(lines) == 8 + int(lines[2]) and block.endswith(b"\n"):
+                    found.append(np.array([line.split() for line in lines[8:]], dtype=float))
     one, other = [*found, np.zeros((0, 8)), np.zeros((0, 8))][:2]
     width = max(a.shape[1] if a.ndim == 2 else 0 for a in (one, other))
     return one.reshape(-1, width), other.reshape(-1, width)
+
+
+def _end(path: Path, frames: int) -> bytes:
+    """Return the end of a text dump with at least as many frames, or all of it: a long run has gigabytes of them."""
+    length, text = BLOCK, b""
+    with open(path, "rb") as file:
+        size = file.seek(0, os.SEEK_END)
+        while len(text) < size and text.count(FRAME) < frames:
+            file.seek(max(0, size - length))
+            text, length = file.read(), 2 * length
+    return text

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from pywet.engines.liggghts.checkpoint import LOG, last_step
+from pywet.engines.liggghts.checkpoint import LOG, last_step, latest
 from pywet.engines.liggghts.departure import KEEP, departure
 from pywet.engines.process import OUTPUT, Report, Usage, attend, last_words, surroundings
 from pywet.errors import StoppedRun, child_data
@@ -20,7 +20,7 @@ LOGS = (OUTPUT, LOG)
 LAUNCH = re.compile(r"^srun: error: (.* launch failed: .*)", re.MULTILINE)
 """Message of srun about ranks that could not be started; messages about other killed ranks follow it."""
 LARGEST_LOG = 50_000_000
-"""Bytes of a log that indicate an engine in an endless output loop: a normal log has some hundred lines."""
+"""Bytes of a log since the latest checkpoint that indicate an engine in an endless output loop: normal are some hundred lines."""
 
 
 def execute(
@@ -35,40 +35,55 @@ def execute(
         "OMPI_MCA_ras": "^slurm",
     }
 
+    sizes = _Sizes(folder)
+
     def look() -> None:
         report(last_step(folder), scene.steps)
-        _refuse_flood(folder, scene)
+        sizes.refuse_flood(scene)
         watch()
 
     with child_data() as (named, data_of):
         try:
             status, usage = attend(command, folder, environment | named, look)
         except BaseException:
-            for path in _too_large(folder):
-                os.truncate(path, LARGEST_LOG)
+            for path, allowed in sizes.too_large():
+                os.truncate(path, allowed)
             raise
         if status != 0:
             raise stopped(scene, folder, status, f" (all messages: {folder / OUTPUT})", data_of())
     return usage
 
 
-def _too_large(folder: Path) -> list[Path]:
-    """List the engine's logs that are larger than the allowed size."""
-    paths = (folder / name for name in LOGS)
-    return [path for path in paths if path.exists() and path.stat().st_size > LARGEST_LOG]
+class _Sizes:
+    """Sizes of the engine's logs at its latest checkpoint: each adds the messages of a set-up to them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.step = folder, latest(folder)
+        self.then = dict.fromkeys((folder / name for name in LOGS), 0)
+
+    def too_large(self) -> list[tuple[Path, int]]:
+        """List the logs that are larger than allowed, with the allowed sizes."""
+        if (step := latest(self.folder)) > self.step:
+            self.step, self.then = step, {path: _size(path) for path in self.then}
+        return [(path, then + LARGEST_LOG) for path, then in self.then.items() if _size(path) > then + LARGEST_LOG]
+
+    def refuse_flood(self, scene: EngineScene) -> None:
+        """End a run whose engine prints messages in an endless loop."""
+        for path, allowed in self.too_large():
+            with open(path, "rb") as log:
+                log.seek(allowed - LARGEST_LOG)
+                message = log.read(4096).decode(errors="replace").strip().splitlines()
+            at = last_step(self.folder)
+            raise StoppedRun(
+                f"{scene.name}: LIGGGHTS was ended at step {at} of {scene.steps}: it wrote more than "
+                f"{LARGEST_LOG // 10**6} MB into {path}, where a few hundred lines were expected; the first is: "
+                f"{message[0][:200] if message else ''!r}",
+                step=at, code="engine.flood",
+            )  # fmt: skip
 
 
-def _refuse_flood(folder: Path, scene: EngineScene) -> None:
-    """End a run whose engine prints messages in an endless loop."""
-    for path in _too_large(folder):
-        with open(path, "rb") as log:
-            message = log.read(4096).decode(errors="replace").strip().splitlines()
-        raise StoppedRun(
-            f"{scene.name}: LIGGGHTS was ended at step {last_step(folder)} of {scene.steps}: it wrote more than "
-            f"{LARGEST_LOG // 10**6} MB into {path}, where a few hundred lines were expected; the first is: "
-            f"{message[0][:200] if message else ''!r}",
-            step=last_step(folder), code="engine.flood",
-        )  # fmt: skip
+def _size(path: Path) -> int:
+    return path.stat().st_size if path.exists() else 0
 
 
 def stopped(

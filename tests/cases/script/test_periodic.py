@@ -6,6 +6,7 @@ import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import numpy as np
 import pandas as pd
@@ -291,15 +292,35 @@ def test_restarted(tmp_path: Path) -> None:
     assert np.abs(held / ledger["initial"] - 1).max() < 1e-12
 
 
-def test_a_restart_file_written_after_deletions_is_refused_with_the_reason(tmp_path: Path) -> None:
-    wet_run(tmp_path / "a", pairs(), f"run 200\n{GONE}run 10\nwrite_restart liq.restart\n")
+def resumed(folder: Path, restart: str) -> CompletedProcess[str]:
+    """Run the spheres of a restart file for 100 steps."""
     text = pairs()
     first, last, made = (text.index(word) for word in ("region          reg", "neighbor ", "create_atoms"))
-    again = f"{text[:first]}read_restart ../a/liq.restart\n{text[last:made]}fix integr all nve/sphere\n"
-    (tmp_path / "b").mkdir()
-    write(tmp_path / "b", before=again, line=LINE, after="run 100\n", wet=WET)
-    done = run(tmp_path / "b")
+    folder.mkdir()
+    again = f"{text[:first]}read_restart {restart}\n{text[last:made]}fix integr all nve/sphere\n"
+    write(folder, before=again, line=LINE, after="run 100\n", wet=WET)
+    return run(folder)
+
+
+def test_a_restart_file_written_after_deletions_is_refused_with_the_reason(tmp_path: Path) -> None:
+    wet_run(tmp_path / "a", pairs(), f"run 200\n{GONE}run 10\nwrite_restart liq.restart\n")
+    done = resumed(tmp_path / "b", "../a/liq.restart")
     assert done.returncode == 1 and "before the line or `write_restart`" in read(done.stderr)
+
+
+@pytest.mark.parametrize(("between", "whole"), [("", False), ("run 0\n", False), ("run 1\n", True)])
+def test_a_restart_file_is_refused_without_a_step_after_a_deletion(tmp_path: Path, between: str, whole: bool) -> None:
+    """Of the last sphere, so that the numbers have no gap: the file has its bridge, or lacks its liquid."""
+    gone = f"group gone id 6\ndelete_atoms group gone compress no\n{between}"
+    wet_run(tmp_path / "a", pairs(), f"run 200\n{gone}write_restart liq.restart\n")
+    done = resumed(tmp_path / "b", "../a/liq.restart")
+    assert (done.returncode == 0) == whole, done.stderr
+    if whole:
+        ledger = table(tmp_path / "b" / "wet", "ledger")
+        held = ledger["films"] + ledger["bridges"] + ledger["retired"]
+        assert np.abs(held / ledger["initial"] - 1).max() < 1e-12
+    else:
+        assert "put `run 1` before `write_restart`" in read(done.stderr)
 
 
 FAULTS = {

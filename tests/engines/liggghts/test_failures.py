@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,8 @@ from pywet.cases.small import small
 from pywet.cases.small.bodies import water
 from pywet.engines import process
 from pywet.engines.liggghts import build, checkpoint, driver
-from pywet.engines.liggghts.departure import departure
+from pywet.engines.liggghts.departure import _last_frames, departure
+from pywet.engines.liggghts.process import execute
 from pywet.runs import tables
 from pywet.runs.rundir import RunDir
 from tests.engines.liggghts import beds
@@ -103,6 +105,39 @@ def test_a_sphere_removed_at_an_outlet_is_not_named_as_one_that_left_the_box(tmp
     (folder / "retired.0.bin").write_bytes(gone.tobytes())
     says = departure(scene, folder, None)
     assert says.startswith("sphere 3 at about (10, " if removed else "sphere 2 at about (0, 0, 10) mm"), says
+
+
+def test_the_end_of_a_long_trajectory_is_read(tmp_path: Path) -> None:
+    """Two frames of 64 MB, the last complete ones before one that is cut off, wherever that is."""
+    rows = ["1 1 0 0 0 0 0 0", "2 1 0 0 0.002 0 0 5000"]
+    frame = FRAME.format(step=0, count=2, rows="\n".join(rows))
+    path = tmp_path / "trajectory.txt"
+    for cut in (0, 20, len(frame) - 4):
+        path.write_text(frame * 400_000 + FRAME.format(step=9, count=1, rows=rows[0]) + frame[:cut])
+        tracemalloc.start()
+        last, before = _last_frames(path)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert (len(last), len(before)) == (1, 2) and peak < 2**20
+
+
+def test_messages_of_set_ups_are_no_flood(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a program that writes 0.4 MB into each log before each of six checkpoints, with 1 MB allowed between two."""
+    scene = small.prepare(tmp_path, spheres_of(R), [small.Sphere(1, (0.0, 0.0, 0.0))], contacts(1))
+    monkeypatch.setattr("pywet.engines.liggghts.process.LARGEST_LOG", 10**6)
+    (tmp_path / "checkpoint").mkdir()
+    piece = "yes | head -c 400000 | tee -a log.liggghts; : > checkpoint/sums.$k.json; sleep 0.4"
+    execute(["sh", "-c", f"for k in 1 2 3 4 5 6; do {piece}; done"], tmp_path, scene, lambda done, total: None)
+    assert all((tmp_path / name).stat().st_size == 6 * 400_000 for name in ("output.log", "log.liggghts"))
+
+
+def test_a_set_up_at_a_checkpoint_is_not_in_the_log(tmp_path: Path) -> None:
+    """The engine echoes the lines of the first set-up and of all runs."""
+    spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
+    small.prepare(tmp_path, spheres_of(R), spheres, contacts(1), steps=600, output_interval_s=1e-3, checkpoints=5)
+    small.run(tmp_path, spheres)
+    log = (tmp_path / "engine" / "log.liggghts").read_text()
+    assert log.count("\npair_style ") == 1 and log.count("\nrun 100\n") == 6
 
 
 def test_sphere_outside_the_box(tmp_path: Path) -> None:

@@ -16,9 +16,11 @@ from pywet.cases.small import small
 from pywet.engines import schedule
 from pywet.engines.liggghts import driver
 from pywet.errors import PywetError
+from pywet.runs import retired
 from pywet.runs.rundir import RunDir
 from pywet.runs.tables import ledger_error
-from pywet.scene import EngineScene
+from pywet.scene import Effects, EngineScene
+from pywet.schema import RAW
 from pywet.util.files import read_table
 from reference_impl.replay.io import ReplayError
 from reference_impl.replay.replay import replay
@@ -143,6 +145,43 @@ def test_who_stays_is_not_touched(tmp_path: Path) -> None:
     assert np.abs(a - b).max(axis=None) < 1e-12 * beds.RADIUS
     events = beds.table(runs[0], "history/events")
     assert (events["i"] > 16).sum() > 50
+
+
+@pytest.mark.parametrize("effects", [small.PAPER, small.DRY], ids=["moist", "dry"])
+def test_all_are_retired(tmp_path: Path, effects: Effects) -> None:
+    """A layer at rest in the bin leaves at the first checkpoint: all tables hold it at all outputs, and are made once."""
+    layer = [small.Sphere(1, (0.006 * i, 0.006 * j, beds.RADIUS)) for i in range(-2, 2) for j in range(-2, 2)]
+    scene = beds.prepare(tmp_path, layer, **LENGTH, effects=effects)
+    output = scene.output.model_copy(update={"energy": False, "contact_windows": 10})
+    fixed = tuple(w.model_copy(update={"motion": "fixed"}) for w in scene.walls)
+    still = {"walls": fixed, "vibration": None, "slide": None}
+    run(tmp_path, scene.model_copy(update={"retire": True, "bin_z_m": 0.016, "output": output, **still}))
+    gone, trajectory = (beds.table(tmp_path, name) for name in ("history/retired", "trajectory"))
+    assert len(gone) == 16 and (gone["step"] == 108).all()
+    assert trajectory.groupby("step").size().to_dict() == dict.fromkeys(range(0, 1201, 12), 16)
+    at = gone.set_index("id")[["x_x", "x_y", "x_z"]].sort_index().to_numpy()
+    last = trajectory[trajectory["step"] == 1200].sort_values("id")
+    assert (last[[*"xyz"]].to_numpy() == at).all() and (last[["vx", "vy", "vz"]] == 0.0).all(axis=None)
+    assert beds.table(tmp_path, "history/window_states")["step"].max() < 108
+    if effects.bridges:
+        films = beds.table(tmp_path, "history/films")
+        assert films.groupby("step").size().to_dict() == dict.fromkeys(range(0, 1201, 12), 16)
+        assert ledger_error(beds.table(tmp_path, "history/ledger")) < 1e-12
+    assert replay(tmp_path)["ok"]
+    assert driver.run(tmp_path, progress=False, keep=True).resumed_at_step is None
+
+
+def test_parts_of_the_steps_after_the_last_retirement(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Seven steps with three spheres each, in parts of about two steps."""
+    monkeypatch.setattr(retired, "ROWS", 6)
+    gone = np.zeros(3, RAW["retired"])
+    gone["step"], gone["id"] = 4, [1, 2, 3]
+    start = pd.DataFrame(
+        {"step": [0], "time": [0.0], "id": [1], "type": [1], **dict.fromkeys([*"xyz", *retired.MOTION], 1.0)}
+    )
+    first, *parts = retired.with_places(iter([start]), gone, 0.1, np.arange(5, 12))
+    assert len(first) == 1 and [len(part) for part in parts] == [6, 6, 6, 3]
+    assert pd.concat(parts)["step"].tolist() == np.repeat(np.arange(5, 12), 3).tolist()
 
 
 def test_two_ranks_retire_the_same(moist: Path, tmp_path: Path) -> None:

@@ -111,7 +111,7 @@ static Turn turn_about(const Vec &axis, double angle) {
 }
 
 // A region's position is updated when it is requested; the power of its contacts is not known (deck.py).
-double Engine::read_meshes(Walls &walls, const Communicator &, bool) const {
+double Engine::read_meshes(Walls &walls, const Communicator &, bool, bool) const {
   struct Turning : LAMMPS_NS::Region {
     static const double *origin(const LAMMPS_NS::Region *r) { return r->*(&Turning::point); }
     static const double *axis(const LAMMPS_NS::Region *r) { return r->*(&Turning::runit); }

@@ -22,6 +22,13 @@ Bridge BridgeList::made(const BridgeRecord &record) const {
   return b;
 }
 
+bool BridgeList::has_ends(const BridgeRecord &record) const {
+  const Spheres &spheres = world_.spheres;
+  const bool wall = record.kind == LARGE_WALL || record.kind == SMALL_WALL;
+  if (!spheres.exists(record.i)) return false;
+  return wall ? record.j >= 0 && record.j < int64_t(world_.walls.parts.size()) : record.kind == SPHERE && spheres.exists(record.j);
+}
+
 void BridgeList::locate(Bridge &b) const {
   const Engine &engine = world_.engine;
   b.candidate = -1;

@@ -20,6 +20,7 @@ class BridgeList {
   explicit BridgeList(const SimulationState &world) : world_(world) {}
   Bridge made(int kind, int i, int j, double volume) const;
   Bridge made(const BridgeRecord &record) const;
+  bool has_ends(const BridgeRecord &record) const;  // whether both ends exist
   void place(Bridge &b) const;           // finds the local indices of its ends
   void add(Bridge b, const BridgeSums &since);
   void remove(size_t k);                 // the last bridge takes its place

@@ -156,11 +156,10 @@ void Checkpoint::resume(const std::string &state_file) {
   need(std::memcmp(head.magic, MAGIC, sizeof(MAGIC)) == 0 && head.spheres <= world_.spheres.count &&
            head.triangles == int64_t(triangles), state_file);
   Reader from(file_.get() + sizeof(Head), file_.get() + size, state_file);
-  const auto exists = [&](int64_t id) { return id > 0 && id < int64_t(ids) && world_.spheres.exists(size_t(id)); };
   count_ = from.count();
   spheres_ = from.next<SphereState>(count_);
   from.all(world_.spheres.retired);
-  for (int64_t id : world_.spheres.retired) need(exists(id), state_file);
+  for (int64_t id : world_.spheres.retired) need(world_.spheres.exists(id), state_file);
   const Sums sums = *from.next<Sums>(1);
   if (world_.ranks.first()) {
     energy_.sums = sums;
@@ -183,10 +182,7 @@ void Checkpoint::resume(const std::string &state_file) {
     std::copy(sphere.impulse, sphere.impulse + 3, at.impulse(a));
   }
   const BridgeRecord *bridges = from.next<BridgeRecord>(head.bridges);
-  for (const BridgeRecord *b = bridges; b < bridges + head.bridges; b++) {
-    const bool wall = b->kind == LARGE_WALL || b->kind == SMALL_WALL;
-    need(exists(b->i) && (wall ? b->j >= 0 && b->j < int64_t(world_.walls.parts.size()) : b->kind == SPHERE && exists(b->j)), state_file);
-  }
+  for (const BridgeRecord *b = bridges; b < bridges + head.bridges; b++) need(standing_.has_ends(*b), state_file);
   standing_.expect({file_, bridges}, head.bridges);
   std::vector<WireSpring> springs;
   from.all(springs);

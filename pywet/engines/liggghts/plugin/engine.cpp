@@ -184,7 +184,7 @@ bool Engine::read_mesh(size_t m, const Walls &walls, double *out) const {
 }
 
 // With `all` for all meshes: this also gives the pose of a mesh whose mover has been removed.
-double Engine::read_meshes(Walls &walls, const Communicator &ranks, bool all) const {
+double Engine::read_meshes(Walls &walls, const Communicator &ranks, bool all, bool again) const {
   std::vector<size_t> which;
   for (size_t m = 0; m < walls.meshes.size(); m++) {
     const bool moving = surfaces_[m]->triMesh()->isMoving();
@@ -204,9 +204,8 @@ double Engine::read_meshes(Walls &walls, const Communicator &ranks, bool all) co
     Mesh &mesh = walls.meshes[which[k]];
     const double *p = &found[NUMBERS * k];
     mesh.shift = Vec(p);
-    mesh.velocity = Vec(p + 3);
     mesh.turn.x = Vec(p + 6); mesh.turn.y = Vec(p + 9); mesh.turn.z = Vec(p + 12);
-    mesh.spin = Vec(p + 15);
+    if (!again || !surfaces_[which[k]]->triMesh()->isMoving()) mesh.velocity = Vec(p + 3), mesh.spin = Vec(p + 15);
     LAMMPS_NS::MeshModuleStress *stress =
         dynamic_cast<LAMMPS_NS::MeshModuleStress *>(surfaces_[which[k]]->get_module("stress"));
     if (!stress) continue;  // force and torque of this rank's spheres on the mesh, about the point at y = 0
@@ -327,6 +326,9 @@ void Engine::create(const std::vector<Coming> &due, const Spheres &spheres, cons
     throw std::runtime_error("sphere " + std::to_string(taken[0][1]) + " is at " + number(time) + " s in the path of sphere " +
                              std::to_string(taken[0][0]) + ", which is to be inserted; expected a free path: move the region away from the bed, " +
                              "raise its velocity_m_per_s or lower the rate");
+  // The engine saves a tangential spring with the number of its partner, which may be one of the ghosts that are overwritten here.
+  LAMMPS_NS::Fix *springs = lmp_->modify->find_fix_style_strict("contacthistory", 0);
+  if (springs && !due.empty()) springs->setup_pre_exchange();
   atom->nghost = 0;                                     // ghosts follow the owned spheres, where the new ones come
   atom->avec->clear_bonus();
   for (const Coming &c : due) {

@@ -95,8 +95,9 @@ class Engine {
   // Creates spheres between two runs, each on one rank; collective. Stops where another sphere is in the place of one.
   void create(const std::vector<Coming> &due, const Spheres &spheres, const Communicator &ranks, double time);
 
-  // Updates the motion of the meshes that move in this step, or of all; returns the power of their dry contacts on the spheres.
-  double read_meshes(Walls &walls, const Communicator &ranks, bool all) const;
+  // Updates the motion of the meshes that move in this step, or of all; returns the power of their dry contacts on the spheres. In the
+  // set-up `again` of a further run, before which the engine resets their velocities, those of the last step are retained.
+  double read_meshes(Walls &walls, const Communicator &ranks, bool all, bool again) const;
 
   // The engine's own dry contact of sphere a with a wall whose closest point is at x - d; returns the force on the sphere.
   Vec press(int a, double radius, const Vec &d, double overlap, const Vec &wall_velocity, double *spring) const;

@@ -141,15 +141,14 @@ void Faces::touch(bool fresh) {
 }
 
 // The engine resets the velocity of walls before the plugin's part of a set-up, after it has computed its own walls.
-Vec Faces::velocity(const Surface &surface, const MeshNow &now, const Meeting &met) const {
-  const bool forgotten = world_.clock.again && now.moves && !world_.walls.meshes[surface.mesh].turns;
-  return forgotten ? met.between(surface.velocity, surface.velocity, surface.velocity) : met.velocity;
+Vec Faces::velocity(const Mesh &mesh, const MeshNow &now, const Meeting &met, const Vec &point) const {
+  if (!world_.clock.again || !now.moves) return met.velocity;
+  return mesh.turns ? mesh.velocity_at(point) : met.between(mesh.velocity, mesh.velocity, mesh.velocity);
 }
 
 void Faces::touch_on(Surface &surface) {
   const View &at = world_.engine.at;
   const Mesh &mesh = world_.walls.meshes[surface.mesh];
-  if (!world_.clock.again) surface.velocity = mesh.velocity;
   if (surface.first == surface.last) return;
   const MeshNow now = world_.engine.mesh_now(surface.mesh);
   const bool log = world_.clock.logs_contacts();
@@ -170,7 +169,7 @@ void Faces::touch_on(Surface &surface) {
         continue;
       }
       if (!take(k, met.face, now)) continue;
-      const Vec v = velocity(surface, now, met);
+      const Vec v = velocity(mesh, now, met, Vec(at.x[a]) - met.from_wall);
       energy_.wall_power[CONTACT] +=
           dot(world_.engine.press(a, world_.spheres.radius(c.id), met.from_wall, met.overlap, v, c.spring), v);
       if (log)

@@ -34,7 +34,6 @@ class Faces {
     Cells cells;
     size_t first = 0, last = 0;          // range of runs
     std::vector<Vec> corners_then = {};  // corners of its bounding box at the last search
-    Vec velocity = {};                   // as Mesh::velocity, in the last step that was not a set-up
   };
   struct Candidate {
     int id, triangle;
@@ -64,7 +63,7 @@ class Faces {
   void find_on(Surface &surface, const std::vector<WireSpring> &known);
   void join(size_t first);
   void touch_on(Surface &surface);
-  Vec velocity(const Surface &surface, const MeshNow &now, const Meeting &met) const;
+  Vec velocity(const Mesh &mesh, const MeshNow &now, const Meeting &met, const Vec &point) const;
   bool take(size_t c, bool face, const MeshNow &now);
 };
 

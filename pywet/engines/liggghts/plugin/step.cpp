@@ -66,7 +66,7 @@ void Plugin::step(int64_t n) {
   }
   clock.time = n * engine.at.dt;
   if (fresh && !rules.scripted) engine.check_box(world.spheres, world.ranks, n);
-  energy.begin(engine.read_meshes(world.walls, world.ranks, fresh));
+  energy.begin(engine.read_meshes(world.walls, world.ranks, fresh, clock.again));
   weight.weigh(fresh);
   world.feed.hold(engine.at, rules, n);
   ledger.events.clear();

@@ -2,10 +2,13 @@
 #include "turnover.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <memory>
 
 namespace pywet {
+
+static const double ROUNDING = 1e-9;     // relative error up to which the liquid of a restart file is complete
 
 static const auto BY_ID = [](const RetiredSphere &p, const RetiredSphere &q) { return p.id < q.id; };
 
@@ -118,7 +121,7 @@ void Turnover::take_in(std::vector<Newcomer> all) {
   Spheres &spheres = world_.spheres;
   std::sort(all.begin(), all.end(), [](const Newcomer &p, const Newcomer &q) { return p.id < q.id; });
   for (const Newcomer &s : all)
-    if (size_t(s.id) < spheres.ids() && spheres.exists(s.id))
+    if (spheres.exists(s.id))
       throw Stop("sphere " + std::to_string(s.id) + " came before step " + std::to_string(world_.clock.now) +
                  " with the number of one that has been there; expected new numbers: insert before the newest spheres are deleted");
   const int64_t from = world_.clock.now + (world_.clock.again ? 1 : 0);
@@ -168,7 +171,26 @@ void Turnover::resume(const std::vector<double> &values) {
   std::copy(&values[6], &values[6] + walls, films_.wall.begin());
   std::shared_ptr<BridgeRecord> bridges(new BridgeRecord[n + 1], std::default_delete<BridgeRecord[]>());
   std::memcpy(static_cast<void *>(bridges.get()), values.data() + 6 + walls, sizeof(BridgeRecord) * n);
+  refuse_incomplete(bridges.get(), n);
   standing_.expect(bridges, int64_t(n));
+}
+
+// A restart file that was written between a deletion and the next step lacks liquid of deleted spheres or has their bridges.
+void Turnover::refuse_incomplete(const BridgeRecord *bridges, size_t n) const {
+  const View &at = world_.engine.at;
+  bool whole = true;
+  double here = 0, held = 0;
+  for (int a = 0; a < at.nlocal; a++) here += films_.volume(a);
+  MPI_Allreduce(&here, &held, 1, MPI_DOUBLE, MPI_SUM, world_.ranks.all);
+  held += films_.left + films_.retired;
+  for (double wall : films_.wall) held += wall;
+  for (const BridgeRecord *b = bridges; b < bridges + n; b++) {
+    held += b->volume;
+    whole = whole && standing_.has_ends(*b);
+  }
+  if (!whole || std::fabs(held - films_.initial) > ROUNDING * films_.initial)
+    throw std::runtime_error("the restart file lacks liquid of spheres that were deleted or holds their bridges; expected one "
+                             "written after a step that follows the deletion: put `run 1` before `write_restart`");
 }
 
 // All ranks know what a wall receives; the rank with the remaining end writes the event, otherwise the first rank.

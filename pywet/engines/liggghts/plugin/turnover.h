@@ -41,6 +41,7 @@ class Turnover {
 
   bool known(int a) const { return world_.engine.at.liquid[a][ENTERS] > 0; }
   int64_t present() const { return world_.spheres.count; }
+  void refuse_incomplete(const BridgeRecord *bridges, size_t n) const;
   void find_gone();
   void end_bridges(std::vector<RetiredSphere> gone);
   void take_in(std::vector<Newcomer> all);

@@ -228,7 +228,7 @@ void Engine::look() {
 bool Engine::lists_are_new(int64_t) const { return lmp_->sorted; }
 
 // The power of a wall's dry contacts is not known (driver.py refuses what would need it).
-double Engine::read_meshes(Walls &walls, const Communicator &, bool) const {
+double Engine::read_meshes(Walls &walls, const Communicator &, bool, bool) const {
   const Given &given = lmp_->given;
   for (size_t m = 0; m < walls.meshes.size(); m++) {
     const char *state = given.wall_state[m];
