@@ -41,7 +41,7 @@ CODED = re.compile(r"[a-z]+\.[a-z_]+")
 KINDS = {"NotComparable", *(n for n, k in vars(errors).items() if isinstance(k, type) and issubclass(k, PywetError))}
 ELSEWHERE = {
     "digest.out": "tests/compare/test_compare.py",
-    "lammps.refused": "tests/engines/test_lammps.py", "scene.objections": "tests/cases/custom",
+    "lammps.refused": "tests/engines/test_lammps.py",
 }  # fmt: skip
 """Code -> the test that provokes it and cannot assert it: it reads the messages of another process, or a page."""
 
