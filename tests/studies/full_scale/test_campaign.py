@@ -320,5 +320,5 @@ def test_what_retirement_changes_is_distinguished_from_scatter(tmp_path: Path) -
         changed = len(
             [row for row in rows if row[0] == "2" and row[7].startswith("yes") and row[1] in retirement.OF_CURVES]
         )
-        assert f"Of the 10 other quantities {changed} differ significantly" in output_text
+        assert f"Significant among 10 other differences: {changed} (" in output_text
     assert retirement.lines({2: seeds}, {}) == []
