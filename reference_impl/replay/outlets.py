@@ -60,7 +60,7 @@ class Regions:
     def clearance(self, k: int, step: Floats, x: Floats, v: Floats, margin: float) -> Floats:
         """Return the heights of spheres above that of an outlet as they crossed its plane; -inf for those before it.
 
-        Or later above the highest place that it has, if that is more.
+        Or later above the highest place that it has, if that is more; of a crossing before `longest` a check before decided.
         """
         most, live = np.full(len(x), -np.inf), np.arange(len(x))
         before, was_beyond, was_above = 0.0, np.zeros(0), np.zeros(0)
@@ -80,7 +80,7 @@ class Regions:
                 at_plane = was_above + part * (above - was_above)
                 most[live[out]] = np.maximum(most[live[out]], at_plane[out])
             stays = live[~out]
-            most[stays] = np.maximum(most[stays], (above if n == SAMPLES else height - self.top(k))[~out])
+            most[stays] = np.maximum(most[stays], (height - self.top(k))[~out])
             live, was_beyond, was_above = stays, beyond[~out], above[~out]
             if not len(live):
                 break

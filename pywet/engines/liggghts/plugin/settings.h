@@ -34,7 +34,7 @@ struct Outlet {
     return low.x <= x.x && x.x < high.x && low.y <= x.y && x.y < high.y && low.z <= x.z && x.z < high.z &&
            (std::isinf(least) || clearance(x, v, gravity, now) >= 0);
   }
-  // Height above `least` at the crossing, or later above its highest place; minus infinity for a centre before the plane.
+  // Height above `least` at the crossing within `longest`, or later above its highest place; minus infinity before the plane.
   double clearance(const Vec &x, const Vec &v, const Vec &g, double now) const {
     double most = -HUGE_VAL, last_beyond = 0, last_above = -HUGE_VAL;
     for (int k = 0; k <= SAMPLES; k++) {
@@ -47,7 +47,7 @@ struct Outlet {
       last_beyond = beyond;
       last_above = above;
     }
-    return std::max(most, last_above);
+    return most;  // it crossed before `longest`, so that an earlier check has decided
   }
 };
 
