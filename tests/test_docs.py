@@ -9,6 +9,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from itertools import combinations
 from pathlib import Path
 
 import pytest
@@ -20,7 +21,7 @@ from pywet.cli.app import app
 from pywet.engines.lammps.build import libraries
 from studies.command import app as studies
 from tests.error_codes import raises_code
-from tests.shown_output import is_output, lines_of
+from tests.shown_output import CUT, is_output, lines_of
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -186,6 +187,23 @@ def test_cheap_command_of_the_documentation_runs(command: str) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.strip()
     check_shown(command, done.stdout)
+
+
+def test_pages_show_the_same_output_of_a_command() -> None:
+    """Pages share a line wherever they have lines that begin with the same words, so that their numbers are those of one run."""
+    pages: dict[str, list[dict[str, set[str]]]] = {}
+    for command, lines in with_output():
+        by_words: dict[str, set[str]] = {}
+        for line in lines:
+            by_words.setdefault(re.split(r"[\d:]", line)[0].strip(), set()).add(line)
+        pages.setdefault(command, []).append(by_words)
+    compared = 0
+    for command, blocks in pages.items():
+        for one, two in combinations(blocks, 2):
+            for words_of in (one.keys() & two.keys()) - {"", CUT}:
+                compared += 1
+                assert one[words_of] & two[words_of], (command, one[words_of], two[words_of])
+    assert compared > 10
 
 
 IN_A_FOLDER = (
