@@ -449,8 +449,8 @@ def test_plan_says_settings_and_time(tmp_path: Path, monkeypatch: pytest.MonkeyP
     """With a machine of known costs."""
     machine = cost.Coefficients(costs_of(335), costs_of(17416))
     monkeypatch.setattr(cost, "of_this_machine", lambda *a, **k: machine)
-    lines = command.plan(CONFIG, 1, "smoke", "20%", ["fraction retained"], tmp_path / "new")
-    assert lines[0].startswith("settings for 20 % in fraction retained (dry)")
+    lines = command.plan(CONFIG, 1, "smoke", "30%", ["fraction retained"], tmp_path / "new")
+    assert lines[0].startswith("settings for 30 % in fraction retained (dry)")
     assert any("time of the engine's run" in line for line in lines)
     assert config.load(tmp_path / "new").settings.laws == config.load(tmp_path / "new").settings.laws
     with raises_code("cost.quantity", given="colour"):
