@@ -305,11 +305,6 @@ def law(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(building, "plan_effects", wrong)
 
 
-def planned_film(patch: pytest.MonkeyPatch) -> None:
-    """The plan takes the thickest film for all sizes, of which each has its own."""
-    patch.setattr(numbers, "_of_class", lambda liquid, *more: liquid)
-
-
 def bars(patch: pytest.MonkeyPatch) -> None:
     """Bars with their diameter for their half width."""
     sound = Bars.parts
@@ -333,7 +328,6 @@ FAULTS: dict[str, tuple[Plant, str, str]] = {
     "unders leave too early": (outlet, "deck", "outlets.unders_1.high_m.z is -0.015, expected -0.03"),
     "sizes in the middle of their classes": (sizes, "deck", "classes is "),
     "moisture of the moist mass": (moisture, "deck", "first film of ore"),
-    "a film of the largest on the smallest size": (planned_film, "deck", "plan.bridges.number is 0.0457"),
     "another law": (law, "drum", "effects.rupture is lian, expected willett_unequal"),
     "bars twice as wide": (bars, "slotted_deck", "walls.deck.part_half_width_m is 0.002, expected 0.001"),
     "faces of an STL file up to another angle": (folds, "hopper", "walls.hopper.feature_angle_deg is "),
@@ -348,3 +342,13 @@ def test_fault_of_the_builder_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path
     building.write(example(name), tmp_path)
     found = [f["sentence"] for f in check.check(tmp_path).findings]
     assert any(words in sentence for sentence in found), found
+
+
+def test_a_plan_with_the_film_of_the_largest_on_the_smallest_size_is_found(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """By the numbers of the plan; with a moisture each size of the deck has its own film."""
+    monkeypatch.setattr(numbers, "_of_class", lambda liquid, *more: liquid)
+    building.write(example("deck"), tmp_path)
+    found = [f["sentence"] for f in check.check(tmp_path).findings]
+    assert any("plan.bridges.number is 0.0457" in sentence for sentence in found), found

@@ -77,7 +77,7 @@ class Contact(Excusable):
     between: Annotated[tuple[str, str], Field(min_length=2, max_length=2)]
     """Names of two materials, or of one and `walls`."""
     stiffness_N_per_m: Positive | None = None
-    """Normal stiffness with linear contacts; by default that of both materials."""
+    """Normal stiffness of linear springs; by default that of both materials."""
     friction: Coefficient | None = None
     """Coulomb friction coefficient, static and sliding; by default that of both materials."""
     rolling_friction_m: NonNegative | None = None
