@@ -58,7 +58,7 @@ class Residence:
         stay = np.cumprod(1.0 - leave / there)
         greenwood = leave / there / np.maximum(there - leave, 1)
         return cls(
-            np.append(times, every[-1]), -np.diff(stay, prepend=1.0, append=0.0), np.append(greenwood, 0.0),
+            np.append(times, every[-1]), np.diff(1.0 - stay, prepend=0.0, append=1.0), np.append(greenwood, 0.0),
             len(left), len(inside),
         )  # fmt: skip
 
