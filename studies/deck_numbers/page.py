@@ -22,7 +22,9 @@ AXES = {"duration_s": "feed_s", "materials.ore.stiffness_N_per_m": "stiffness_N_
 DEFAULT = {"feed_s": 2.5, "stiffness_N_per_m": 12000.0, "step_share": 0.2}
 CHANGES = {"feed of 10 s": ("feed_s", 10.0), "10 times as stiff": ("stiffness_N_per_m", 120000.0),
            "half the time step": ("step_share", 0.1)}  # fmt: skip
-"""Heading of a column of the page, and the one value in which its runs differ from the default."""
+"""What is changed, and the one value in which its runs differ from the default."""
+SHOWN = [*CHANGES][:2]
+"""Changes with a column on the page."""
 WILSON, BLOCKS = NORMAL_95, float(stats.t.ppf(0.975, 7))
 """Quantile in half of an interval within a run: spheres as independent trials, or eight blocks."""
 NUMBERS: dict[str, tuple[str, str | None, float, float]] = {
@@ -58,7 +60,7 @@ def too_narrow(values: pd.Series, half: pd.Series, quantile: float) -> bool:
     """Whether the variance between seeds exceeds the mean variance within runs, (half / quantile)², significantly."""
     within = float(((half / quantile) ** 2).mean())
     free = len(values) - 1
-    return bool(stats.chi2.sf(free * float(values.var()) / within, free) < LEVEL / len(NUMBERS))
+    return within > 0.0 and bool(stats.chi2.sf(free * float(values.var()) / within, free) < LEVEL / len(NUMBERS))
 
 
 def significant(a: pd.Series, b: pd.Series) -> bool:
@@ -67,35 +69,37 @@ def significant(a: pd.Series, b: pd.Series) -> bool:
 
 
 def _cell(value: float, half: float, marked: bool) -> str:
-    """Value with two digits of its uncertainty."""
-    digits = max(0, 1 - math.floor(math.log10(half))) if half > 0 else 2
+    """Value with two digits of its uncertainty; a value without scatter alone."""
+    if not half > 0:
+        return f"{value:g}"
+    digits = max(0, 1 - math.floor(math.log10(half)))
     text = f"{value:+.{digits}f} ± {half:.{digits}f}"
     return f"**{text}**" if marked else text
 
 
+def change(table: pd.DataFrame, number: str, column: str, value: float) -> tuple[float, float, bool]:
+    """Return what a change of one value adds to a number of the sweep, half of its 95 % interval (Welch), its significance."""
+    other, base = rows_of(table, **{column: value})[number], rows_of(table)[number]
+    wide = stats.ttest_ind(other, base, equal_var=False).confidence_interval(0.95)
+    return float(other.mean() - base.mean()), 0.5 * float(wide.high - wide.low), significant(other, base)
+
+
 def page_rows(table: pd.DataFrame) -> list[str]:
-    """Return the table of docs/screens.md: mean over seeds, intervals within and between runs, changes; significant ones bold."""
-    lines = [
-        f"| number | mean of {len(rows_of(table))} runs | ± within a run | ± between runs | {' | '.join(CHANGES)} |"
-    ]
-    lines.append("|---|" + "---|" * (3 + len(CHANGES)))
+    """Return the table of docs/screens.md: means over seeds, intervals within and between runs, changes (bold: significant)."""
+    base = rows_of(table)
+    lines = [f"| | mean of {len(base)} runs | within a run | between runs | {' | '.join(SHOWN)} |"]
+    lines.append("|---|" + "---|" * (3 + len(SHOWN)))
     for name, (number, half, quantile, factor) in NUMBERS.items():
-        base = rows_of(table)
         values = factor * base[number]
         between = float(stats.t.ppf(0.975, len(values) - 1) * values.std())  # of one run by the scatter of all
-        cells = [_cell(*mean_and_half_width(values.tolist()), marked=False).removeprefix("+"), "–", f"{between:.2g}"]
-        if half:
-            within = f"{factor * float(base[half].mean()):.2g}"
+        mean = _cell(*mean_and_half_width(values.tolist()), marked=False).removeprefix("+")
+        cells = [mean, "", f"± {between:.2g}" if between else ""]
+        if half and base[half].any():
+            within = f"± {factor * float(base[half].mean()):.2g}"
             cells[1] = f"**{within}**" if too_narrow(base[number], base[half], quantile) else within
-        for column, value in CHANGES.values():
-            other = factor * rows_of(table, **{column: value})[number]
-            found = stats.ttest_ind(other, values, equal_var=False)
-            wide = found.confidence_interval(0.95)
-            cells.append(
-                _cell(
-                    float(other.mean() - values.mean()), 0.5 * float(wide.high - wide.low), significant(other, values)
-                )
-            )
+        for column, value in map(CHANGES.__getitem__, SHOWN):
+            found, wide, marked = change(table, number, column, value)
+            cells.append(_cell(factor * found, factor * wide, marked))
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
     return lines
 

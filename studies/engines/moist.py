@@ -38,9 +38,9 @@ TABLE = PAGE.with_suffix(".csv")
 HEAD = """
 ## Moist screening
 
-Each cell gives a quantity at the end of a moist case at smoke scale: mean in LIGGGHTS, mean in YADE; their difference with
-its 95 % confidence interval (Student). The difference is bold if the interval excludes zero, as one interval in twenty does
-by chance. The runs are listed in [second_engine.csv](second_engine.csv).
+Each cell gives a quantity at the end of a moist case at smoke scale: mean in LIGGGHTS; YADE minus LIGGGHTS with
+its 95 % confidence interval (Student), bold if the interval excludes zero, as one in twenty does
+by chance. Runs: [second_engine.csv](second_engine.csv).
 
 """
 MARKS = ("<!-- moist screening: python -m studies.engines.moist -->\n", "<!-- end -->")
@@ -134,17 +134,17 @@ def merged(there: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
 
 
 def lines(table: pd.DataFrame) -> list[str]:
-    """Return the table in Markdown: for each case seeds, and for each number both means and the difference with interval."""
-    heads = ["case", "seeds", *SHOWN.values()]
+    """Return the table in Markdown: for each case and number the mean in LIGGGHTS and the difference with its interval."""
+    heads = ["case", *SHOWN.values()]
     found = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
     for case, of in table.groupby("case"):
         one, two = (of[of["engine"] == engine] for engine in ROOTS)
         if one.empty or two.empty:
             continue
         cells = [compared(one[name].to_numpy(), two[name].to_numpy()) for name in SHOWN]
-        found.append(f"| {case} | {len(one)}, {len(two)} | {' | '.join(cells)} |")
+        found.append(f"| {case} | {' | '.join(cells)} |")
     all_cells = [over_cases(table, name) for name in SHOWN]
-    return [*found, f"| all, mean difference | | {' | '.join(all_cells)} |"] if len(found) > 2 else found
+    return [*found, f"| all, mean difference | {' | '.join(all_cells)} |"] if len(found) > 2 else found
 
 
 def over_cases(table: pd.DataFrame, name: str) -> str:
@@ -174,8 +174,8 @@ def _signed(difference: float, half: float | None) -> str:
 
 
 def compared(a: np.ndarray, b: np.ndarray) -> str:
-    """Return mean in LIGGGHTS, in YADE, the difference and its interval; bold if that excludes zero."""
-    return f"{a.mean():.3f}, {b.mean():.3f}; {_signed(float(b.mean() - a.mean()), of_difference(a, b))}"
+    """Return the mean in LIGGGHTS, the difference of YADE and its interval; bold if that excludes zero."""
+    return f"{a.mean():.3f}; {_signed(float(b.mean() - a.mean()), of_difference(a, b))}"
 
 
 def speed(table: pd.DataFrame) -> str:
