@@ -44,8 +44,8 @@ def shown(value: float | None, unit: str = "", digits: int = 3) -> str:
 
 
 def measured(value: float | None, half: float | None, unit: str, factor: float = 1.0) -> str:
-    """Format a number ± half its 95 % interval with its unit, without ± if there is no interval."""
-    return "–" if value is None else plus_minus(factor * value, None if half is None else factor * half) + unit
+    """Format a number ± half its 95 % interval with its unit, without ± if there is none or if blocks coincide by chance."""
+    return "–" if value is None else plus_minus(factor * value, factor * half if half else None) + unit
 
 
 def between(value: float | None, ends: tuple[float | None, float | None], unit: str, factor: float = 1.0) -> str:
