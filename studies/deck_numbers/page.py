@@ -14,6 +14,7 @@ from scipy import stats
 
 from pywet.errors import border
 from pywet.products.partition import NORMAL_95, mean_and_half_width
+from pywet.products.steady import BLOCKS
 
 ROOT = Path(__file__).resolve().parents[2]
 STORED = ROOT / "docs" / "deck_numbers.csv"
@@ -25,16 +26,16 @@ CHANGES = {"feed of 10 s": ("feed_s", 10.0), "10 times as stiff": ("stiffness_N_
 """What is changed, and the one value in which its runs differ from the default."""
 SHOWN = [*CHANGES][:2]
 """Changes with a column on the page."""
-WILSON, BLOCKS = NORMAL_95, float(stats.t.ppf(0.975, 7))
-"""Quantile in half of an interval within a run: spheres as independent trials, or eight blocks."""
+OF_TRIALS, OF_BLOCKS = NORMAL_95, float(stats.t.ppf(0.975, BLOCKS - 1))
+"""Quantile in half of an interval within a run: spheres as independent trials, or blocks of the run."""
 NUMBERS: dict[str, tuple[str, str | None, float, float]] = {
-    "cut size d50, mm": ("screen_d50_mm", "d50_half", WILSON, 1.0),
-    "ecart probable, mm": ("screen_ecart_probable_mm", None, WILSON, 1.0),
-    "efficiency, %": ("screen_efficiency", "efficiency_half", WILSON, 100.0),
-    "throughput, kg/h": ("screen_throughput_t_per_h", "throughput_half", BLOCKS, 1000.0),
-    "moisture of the overs, %": ("screen_overs_moisture_percent", "overs_moisture_half", BLOCKS, 1.0),
-    "moisture of the unders, %": ("screen_unders_moisture_percent", "unders_moisture_half", BLOCKS, 1.0),
-    "apertures pegged, %": ("screen_pegged_share", "pegged_half", BLOCKS, 100.0),
+    "cut size d50, mm": ("screen_d50_mm", "d50_half", OF_TRIALS, 1.0),
+    "ecart probable, mm": ("screen_ecart_probable_mm", None, OF_TRIALS, 1.0),
+    "efficiency, %": ("screen_efficiency", "efficiency_half", OF_TRIALS, 100.0),
+    "throughput, kg/h": ("screen_throughput_t_per_h", "throughput_half", OF_BLOCKS, 1000.0),
+    "moisture of the overs, %": ("screen_overs_moisture_percent", "overs_moisture_half", OF_BLOCKS, 1.0),
+    "moisture of the unders, %": ("screen_unders_moisture_percent", "unders_moisture_half", OF_BLOCKS, 1.0),
+    "apertures pegged, %": ("screen_pegged_share", "pegged_half", OF_BLOCKS, 100.0),
 }
 """Row of the page: result of the sweep, half of its interval within a run and its quantile, factor to the unit of the row."""
 LEVEL = 0.05
